@@ -1,4 +1,5 @@
-//! Measuring chains begin with what they measure: the controller, which is called first, sees the plant and not a 0 in its first call.
+//! Measuring chains start with the value they measure: in its first call, the controller, which is called first, sees
+//! the plant and not 0.
 
 use crate::describe::describe;
 use crate::home::Home;
@@ -6,12 +7,13 @@ use crate::message::Member;
 use crate::session::start_values;
 use run::system::own_name;
 
-/// What a chain's input and its value until the first call mean in its dialog.
+/// The dialog's names for a chain's input and its value until the first call.
 const INPUT: &str = "input";
 const START: &str = "start";
 
-/// The members with which a run begins: a measuring chain has, until its first call, the value of the output that it measures,
-/// unless the user has set another one. A member that cannot be started leaves it as it is: the run says why.
+/// The members with which a run begins: until its first call, a measuring chain has the value of the measured output,
+/// unless the user set another one. If a member cannot be started, the chain is left unchanged: the run reports the
+/// reason.
 pub fn begin_at_the_plant(home: &dyn Home, members: &[Member], connections: &[(String, String)]) -> Vec<Member> {
     let mut begun = members.to_vec();
     for place in 0..begun.len() {

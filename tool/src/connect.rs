@@ -1,8 +1,8 @@
 //! How a controller and a plant are connected: a proposal, with the reason for each connection.
 //!
-//! A known loop of the same two FMUs is taken as it is, unless the controller's settings leave its inputs without effect. Else
-//! the ends are found by what they are in a loop, then by equal names, then by an equal unit that only one output and one
-//! input have.
+//! A known loop of the same two FMUs is used as it stands, unless the controller's settings leave its inputs without
+//! effect. Otherwise the ends are matched by their roles in a loop, then by equal names, then by a unit that only one
+//! output and one input have.
 
 use crate::describe::describe;
 use crate::home::Home;
@@ -13,7 +13,7 @@ use run::fmus::number_of;
 use run::system::{Value, own_name};
 use std::ops::{Deref, DerefMut};
 
-/// The most other connections that are listed.
+/// The maximum number of other connections listed.
 const MOST_OTHERS: usize = 2000;
 
 /// An FMU in the proposal.
@@ -51,12 +51,12 @@ impl<'m> End<'m> {
         fields.find(|field| field.name == name).is_none_or(|field| field.is_used(|name| self.value(name) != 0.0))
     }
 
-    /// The inputs by which a controller drives it: the manipulated value, the pulses.
+    /// The inputs that a controller can drive: the manipulated value, the pulses.
     fn driven(&self) -> Vec<&String> {
         self.description.roles.driving().filter(|name| self.has_input(name)).collect()
     }
 
-    /// Whether its pulses move an actuator between two stops; without stops, how long they are on is the manipulated value.
+    /// Whether its pulses move an actuator between two stops; without stops, the pulse width is the manipulated value.
     fn has_stops(&self) -> bool {
         self.description.roles.stops().next().is_some()
     }
@@ -92,8 +92,7 @@ fn fits(from: &Variable, to: &Variable) -> bool {
 
 /// Proposes connections.
 ///
-/// # Errors
-/// There is no such FMU, or both have one name.
+/// # Errors No such FMU, or both have the same name.
 pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<Proposal> {
     if controller.name == plant.name {
         bail!("two members are named {}: rename one", plant.name);
@@ -108,7 +107,7 @@ pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<P
     Ok(proposal.proposal)
 }
 
-/// The connections that are proposed.
+/// The proposed connections.
 fn draft(home: &dyn Home, controller: &End, plant: &End) -> Draft {
     let mut proposal = Draft::default();
     match known(home, controller, plant) {
@@ -122,7 +121,7 @@ fn draft(home: &dyn Home, controller: &End, plant: &End) -> Draft {
     proposal
 }
 
-/// The plants of the catalogue that a controller drives by the connections that are proposed.
+/// The plants of the catalogue that the controller can drive through proposed connections.
 fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
     let is_fitting = |name: &String| {
         let member =
@@ -136,11 +135,11 @@ fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
     plants.map(|entry| entry.name).filter(is_fitting).collect()
 }
 
-/// A proposal that is being made.
+/// An unfinished proposal.
 #[derive(Default)]
 struct Draft {
     proposal: Proposal,
-    /// Ends that belong together and do not fit, and what to say if nothing else goes to the input.
+    /// Ends that belong together but do not fit, and the message if nothing else is connected to the input.
     misfits: Vec<Open>,
 }
 
@@ -238,7 +237,7 @@ fn take_known(known: &Known, controller: &End, plant: &End, proposal: &mut Draft
     if let (Some(step), Some(cycle)) = (proposal.step, &controller.description.cycle)
         && step == number_or(&known.of.setup.members[known.controller].values, cycle, controller)
     {
-        // A call in each step: also with the cycle that the controller has now.
+        // A call in each step, even if the controller's cycle has changed.
         proposal.step = None;
     }
 }
@@ -312,7 +311,7 @@ fn by_names(controller: &End, plant: &End, proposal: &mut Draft) {
     }
 }
 
-/// If nothing goes from one to the other yet: the only output and the only input of one unit.
+/// If nothing is connected between the two yet: the only output and the only input with the same unit.
 fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, to) in [(controller, plant), (plant, controller)] {
         if proposal.goes_from(from) {
@@ -332,7 +331,7 @@ fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
     }
 }
 
-/// Says what is left open.
+/// Adds remarks on open ends.
 fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft) {
     let is_connected = |full: &str| proposal.connections.iter().any(|wire| wire.to == full);
     let mut open: Vec<String> = Vec::new();
@@ -367,7 +366,7 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
     }
 }
 
-/// Lists all other connections that are possible.
+/// Lists all other possible connections.
 fn others(controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, to) in [(controller, plant), (plant, controller)] {
         for output in from.of_role("output") {

@@ -1,5 +1,5 @@
-//! What there is: the catalogue, an FMU with its variables and groups, the loops of a parameter file; and what a block does
-//! with settings before they are sent.
+//! Descriptions: the catalogue, an FMU with its variables and groups, the loops of a parameter file; and a check of
+//! settings before they are sent.
 
 use crate::home::Home;
 use crate::message::{
@@ -18,10 +18,10 @@ use run::system::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The largest parameter file that is read, in bytes.
+/// The maximum size of a parameter file, in bytes.
 const LARGEST: usize = 64 << 20;
 
-/// Which FMUs there are.
+/// The available FMUs.
 pub fn catalogue(home: &dyn Home) -> Catalogue {
     let offered = Format::ALL.iter().flat_map(|format| format.offered());
     let formats = offered.map(|(extension, title)| (extension.to_string(), title.to_string())).collect();
@@ -30,8 +30,7 @@ pub fn catalogue(home: &dyn Home) -> Catalogue {
 
 /// An FMU with its variables, groups and roles.
 ///
-/// # Errors
-/// There is no such FMU, or its documentation is wrong.
+/// # Errors No such FMU, or its documentation is faulty.
 pub fn describe(home: &dyn Home, fmu: &str) -> Result<Description> {
     let description = home.description(fmu)?;
     let entry = home.entries().into_iter().find(|entry| entry.name == fmu);
@@ -130,7 +129,7 @@ fn foreign_groups(description: &modeldescription::Description) -> (Roles, Vec<Gr
     (Roles::default(), groups.into_iter().filter(|group| !group.fields.is_empty()).collect())
 }
 
-/// A parameter file of a message.
+/// Decodes a parameter file in a message.
 ///
 /// # Errors
 /// The content is not Base64 or too long, or the name is not that of a parameter file.
@@ -146,10 +145,9 @@ pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
     Ok((format, Source::new(file.file.as_str(), bytes), options))
 }
 
-/// Which settings of a block are stimuli.
+/// The settings of a block that are stimuli.
 ///
-/// # Errors
-/// Its documentation is wrong.
+/// # Errors Its documentation is faulty.
 pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) -> bool + use<>> {
     let mut stimuli = Vec::new();
     for entry in home.entries() {
@@ -162,7 +160,7 @@ pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) ->
     Ok(move |name: &str| stimuli.iter().any(|stimulus| stimulus == name))
 }
 
-/// Reads a parameter file. What is wrong with it is in the answer.
+/// Reads a parameter file. The answer contains its problems.
 ///
 /// # Errors
 /// The content is not Base64.
@@ -259,10 +257,9 @@ pub fn as_loop(home: &dyn Home, of: &Loop) -> Result<parameters::Loop> {
     Ok(one)
 }
 
-/// What a block does with settings; the others have their start values.
+/// Checks settings of a block; the others have their start values.
 ///
-/// # Errors
-/// There is no such FMU, or its documentation is wrong.
+/// # Errors No such FMU, or its documentation is faulty.
 pub fn check(home: &dyn Home, fmu: &str, values: &Values) -> Result<Checked> {
     let description = describe(home, fmu)?;
     let table = home.table(fmu)?;
@@ -335,7 +332,7 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
     to_value(given, row.kind).map(number).map_err(|range| format!("{name} = {given:?}: {range}"))
 }
 
-/// What the type holds, as it was given.
+/// The value held by the type, in the form in which it was given.
 fn as_given(given: Value, held: f64) -> Value {
     match given {
         Value::Boolean(_) => Value::Boolean(held != 0.0),
@@ -343,7 +340,7 @@ fn as_given(given: Value, held: f64) -> Value {
     }
 }
 
-/// A sentence if the value is outside the range in which it makes sense.
+/// A sentence if the value is outside its sensible range.
 fn outside(variable: &Variable, value: f64) -> Option<String> {
     let unit = variable.unit.as_ref().map_or_else(String::new, |unit| format!(" {}", units::shown(unit)));
     let (bound, which) = match (variable.min, variable.max) {
@@ -354,10 +351,10 @@ fn outside(variable: &Variable, value: f64) -> Option<String> {
     Some(format!("{} = {value}{unit}: the {which} sensible value is {bound}{unit}", variable.name))
 }
 
-/// What the block says of its settings.
+/// The block's advice on its settings.
 fn advice(home: &dyn Home, table: &Table, value: &dyn Fn(&str) -> f64, refused: &[Remark]) -> Vec<Remark> {
     if refused.iter().any(|remark| remark.is_error) {
-        // The block would be asked about other values than the user's.
+        // Otherwise the block would be asked about values other than the user's.
         return Vec::new();
     }
     let Some(block) = home.blocks().into_iter().find(|block| block.name == table.name) else { return Vec::new() };
@@ -369,7 +366,7 @@ fn advice(home: &dyn Home, table: &Table, value: &dyn Fn(&str) -> f64, refused: 
     block.advice(&settings).into_iter().map(remark).collect()
 }
 
-/// The variables that a sentence names, each once.
+/// The variables named in a sentence, each once.
 fn named(table: &Table, text: &str) -> Vec<String> {
     let is_of_name = |character: char| character.is_alphanumeric() || character == '_' || character == '.';
     let mut named: Vec<String> = Vec::new();

@@ -1,4 +1,4 @@
-//! From a request to an answer.
+//! Dispatches requests and returns answers.
 
 use crate::home::Home;
 use crate::message::{Answer, Error};
@@ -14,12 +14,12 @@ pub struct Engine<H> {
 }
 
 impl<H: Home> Engine<H> {
-    /// A new one, with nothing opened.
+    /// A new engine without any content.
     pub fn new(home: H) -> Engine<H> {
         Engine { home: Programs::new(home), session: Session::default() }
     }
 
-    /// Answers a request, both as JSON. It always gives an answer.
+    /// Answers a request, both as JSON. Always returns an answer.
     pub fn message(&mut self, request: &str) -> String {
         let answer =
             match serde_json::from_str(request).map_err(anyhow::Error::from).and_then(|request| self.answer(request)) {
@@ -31,8 +31,7 @@ impl<H: Home> Engine<H> {
 
     /// Answers a request.
     ///
-    /// # Errors
-    /// What is wrong, with name and value, and what to do.
+    /// # Errors The problem, with name and value, and the remedy.
     pub fn answer(&mut self, request: Request) -> Result<serde_json::Value> {
         request.answer(&self.home, &mut self.session)
     }

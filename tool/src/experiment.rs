@@ -1,8 +1,9 @@
-//! Experiments with the loop that runs, each in one request: a step of the actuator in manual mode, and a relay.
+//! Experiments with the running loop, each in one request: a step of the actuator in manual mode, and a relay.
 //!
-//! Both begin in the same way: the manual value is that at which the actuator is now, the controller goes to manual mode, and calls are
-//! made until the process value rests. At the end the actuator goes back, the plant follows, and mode and manual value are what they
-//! were; the setpoint never changes. What is done is in the record as if a user had done it.
+//! Both begin in the same way: the manual value is set to the present position of the actuator, the controller goes to
+//! manual mode, and calls are made until the process value is at rest. At the end the actuator returns, the plant
+//! follows, and mode and manual value are restored; the setpoint never changes. All actions are recorded like those of
+//! a user.
 
 use self::bench::Bench;
 use crate::describe::describe;
@@ -17,35 +18,40 @@ use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Calls that are made before anybody asks whether the process value rests.
+/// Calls made before the first check whether the process value is at rest.
 const FIRST: usize = 40;
-/// A process value rests if it moves by less than this part of how far it has moved.
+/// A process value is at rest if it moves by less than this fraction of its range so far.
 const REST: f64 = 0.005;
-/// The same for a run that ends by itself: what the user looks at has come to its end. It is what figures resolve of a step.
+/// The same for a run that ends by itself, where the visible response must be complete: the resolution of a step's
+/// figures.
 const SETTLED: f64 = 0.001;
-/// What has moved little since the user has done something last also rests if it moves by less than this part of its way in the run.
+/// A variable that has moved little since the user's last action is also at rest if it moves by less than this fraction
+/// of its range in the run.
 const UNSEEN: f64 = 0.0001;
-/// The controller has acted so many times at least in such a run, once in a period of its own pulses: a dead time is no rest.
+/// The controller has acted at least this many times in such a run, once per period of its own pulses: a dead time does
+/// not count as rest.
 const WATCHED: usize = 200;
-/// It swings if the last third of it is wider than the band of 2 % to both sides in which a step counts as settled, of all that it has
-/// moved in the run.
+/// It oscillates if the width of its last third exceeds the 2 % band to both sides in which a step counts as settled,
+/// as a fraction of its range in the run.
 const BAND: f64 = 0.04;
-/// So often a swing crosses its mean in two periods.
+/// The minimum number of times that an oscillation crosses its mean in two periods.
 const CROSSINGS: usize = 4;
-/// Of a loop without a process value so many variables are watched at most.
+/// In a loop without a process value, at most this many variables are watched.
 const MOST_VARIABLES: usize = 200;
-/// A swing that has become this many times as wide still grows; by pulses, which can only be so short, it is never the same.
+/// An oscillation whose width grows by this factor is still increasing; with pulses, which have a minimum length, the
+/// width always varies.
 const GROWN: f64 = 1.01;
 const GROWN_BY_PULSES: f64 = 1.25;
-/// It has moved if it is this many times the noise away.
+/// A value has moved if it differs by this many times the noise.
 const MOVED: f64 = 8.0;
-/// And this many times its smallest change.
+/// It must also differ by this many times its smallest change.
 const COUNTS: f64 = 5.0;
 /// A step controller first moves its actuator by this part of the step, in the same direction.
 const TAKEN_UP: f64 = 0.25;
-/// The answer is recorded for so many times as long as the pulse lasts: one that takes a large part of the answer is no step.
+/// The response is recorded for this many times the pulse length: if the pulse takes a large part of it, it is not a
+/// step.
 const LONG: usize = 12;
-/// The calls of a pulse period before there are pulses: longer than usual ones.
+/// The assumed number of calls in a pulse period before there are pulses: longer than usual.
 const UNKNOWN_PERIOD: usize = 100;
 
 /// A step of the manual value.
@@ -53,27 +59,27 @@ const UNKNOWN_PERIOD: usize = 100;
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct StepTest {
-    /// By how much the manipulated value steps, in its unit; below 0 for down. Where that leads beyond one of its limits and the other
-    /// direction does not, it steps in the other one.
+    /// The step of the manipulated value, in its unit; below 0 for down. If it exceeds a limit and the opposite step
+    /// does not, the direction is reversed.
     pub size: f64,
-    /// How the model is found.
+    /// The method of identification.
     pub method: Method,
     /// Whether the plant integrates.
     #[serde(default)]
     pub is_integrating: bool,
 }
 
-/// What a step test gives.
+/// The result of a step test.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct StepTested {
-    /// Where the run is now: after the test, with mode, manual value and setpoint from before it.
+    /// The state of the run after the test, with the previous mode, manual value and setpoint.
     pub state: State,
-    /// From when on the plant was held, in seconds.
+    /// The time from which the plant was held, in seconds.
     pub from: f64,
-    /// The last call that the model was found from, in seconds: later ones give the loop back.
+    /// The last call used for identification, in seconds: later ones restore the loop.
     pub to: f64,
-    /// When the manipulated value stepped, in seconds.
+    /// The time of the step of the manipulated value, in seconds.
     pub step: f64,
     /// The model.
     pub identified: Identified,
@@ -84,30 +90,31 @@ pub struct StepTested {
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct RelayTest {
-    /// By how much the manipulated value goes up and down, in its unit.
+    /// The amplitude of the manipulated value, in its unit.
     pub amplitude: f64,
-    /// How far the process value has to go before the relay switches; by the noise without it.
+    /// The deviation of the process value at which the relay switches; by default derived from the noise.
     #[serde(default)]
     pub hysteresis: Option<f64>,
 }
 
-/// What a relay test gives.
+/// The result of a relay test.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct RelayTested {
-    /// Where the run is now: after the test, with mode, manual value and setpoint from before it.
+    /// The state of the run after the test, with the previous mode, manual value and setpoint.
     pub state: State,
-    /// From when on the plant was held, in seconds.
+    /// The time from which the plant was held, in seconds.
     pub from: f64,
     /// Ultimate gain and period in seconds, as the rule of Ziegler and Nichols takes them.
     pub ultimate: (f64, f64),
     /// The amplitude of the process value while the relay switches.
     pub swing: f64,
-    /// How far the process value had to go before the relay switched, in its unit.
+    /// The deviation of the process value at which the relay switched, in its unit.
     pub hysteresis: f64,
-    /// An integrator with dead time that has this ultimate gain and period: a relay tells a plant at one frequency only.
+    /// An integrator with dead time that has this ultimate gain and period: a relay identifies a plant at only one
+    /// frequency.
     pub model: Model,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -125,29 +132,30 @@ pub struct RestAt {
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Settle {
-    /// How many calls at most, one at least.
+    /// The maximum number of calls, at least one.
     pub calls: usize,
-    /// From when on it is watched, in seconds: when the user has started it.
+    /// The time from which it is watched, in seconds: when the user started it.
     pub from: f64,
 }
 
-/// What a run until the loop rests gives.
+/// The result of a run until the loop is at rest.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Settled {
-    /// Where the run is now.
+    /// The state of the run.
     pub state: State,
-    /// Whether the loop rests.
+    /// Whether the loop is at rest.
     pub is_at_rest: bool,
-    /// Whether it swings evenly instead, and would go on so. If neither, all calls were made, or the run has failed.
+    /// Whether it oscillates steadily instead, and would continue to. If neither, all calls were made, or the run has
+    /// failed.
     pub swings: bool,
 }
 
-/// Makes calls until process value and manipulated value rest since the user has done something last, or on the whole do so where they
-/// swing evenly. Of a loop whose process value is not known, such as a ramp before a drive, everything that is recorded has to rest.
+/// Makes calls until process value and manipulated value are at rest since the user's last action, or oscillate
+/// steadily. In a loop without a known process value, such as a ramp before a drive, all recorded variables have to be
+/// at rest.
 ///
-/// # Errors
-/// No call or too many; the run has ended.
+/// # Errors No call or too many; the run has ended.
 pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Result<Settled> {
     let mut left = request.calls;
     let mut watched = 0;
@@ -177,22 +185,23 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
     }
 }
 
-/// The calls of a period of the controller's own pulses, in which it acts once; 1 of a controller without.
+/// The number of calls in a period of the controller's own pulses, in which it acts once; 1 without pulses.
 fn period_in_calls(home: &dyn Home, record: &Record) -> usize {
     let controller = record.members().next().and_then(|member| Controller::new(home, member).ok());
     controller.map_or(1, |controller| controller.period_in_calls(record.step()))
 }
 
-/// What has to rest.
+/// The variables that must come to rest.
 struct Watched {
     /// The values of each variable, in the same calls.
     values: Vec<Vec<f64>>,
-    /// The first so many of them are the ones that a loop swings in.
+    /// The number of leading variables that are checked for oscillation.
     swinging: usize,
 }
 
 impl Watched {
-    /// Process value and manipulated value; of a loop without them everything that is recorded. Nothing if that is too much.
+    /// Process value and manipulated value; in a loop without them, all recorded variables. `None` if there are too
+    /// many.
     fn new(home: &dyn Home, record: &Record, from: Option<f64>) -> Option<Watched> {
         if let Ok(signals) = Signals::new(home, record, from, None) {
             return Some(Watched { values: vec![signals.process_value, signals.manipulated_value], swinging: 1 });
@@ -201,7 +210,7 @@ impl Watched {
         let calls = record.calls_between(from, None);
         let calls = calls.start.max(record.trace().exact().start)..calls.end;
         let values = |column| record.trace().column(column, calls.clone()).collect::<Vec<_>>();
-        // A member that was exchanged has no values any more.
+        // A replaced member no longer has values.
         let is_there = |values: &Vec<f64>| values.last().is_none_or(|last| !last.is_nan());
         let values: Vec<_> =
             if columns > MOST_VARIABLES { Vec::new() } else { (0..columns).map(values).filter(is_there).collect() };
@@ -209,11 +218,11 @@ impl Watched {
     }
 }
 
-/// Brings the loop to rest in automatic mode at a setpoint: from there a step of the setpoint is the one that is predicted. Manual mode
-/// ends with the setpoint at the process value, so that the bumpless change has no error to swallow.
+/// Brings the loop to rest in automatic mode at a setpoint, from which a step of the setpoint matches the predicted
+/// one. Manual mode ends with the setpoint at the process value, so that the bumpless change starts without an error.
 ///
-/// # Errors
-/// The setpoint is not known or connected, the run has ended, or the loop does not come to rest.
+/// # Errors The setpoint is unknown or connected, the run has ended, or the loop does not come to
+/// rest.
 pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Result<Settled> {
     let record = session.record(None)?;
     let controller = record.members().next().context("there is no controller")?.clone();
@@ -248,11 +257,10 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
     Ok(settled)
 }
 
-/// Holds the plant, steps the manipulated value, waits, identifies, and gives the loop back as it was.
+/// Holds the plant, steps the manipulated value, waits, identifies, and restores the loop.
 ///
-/// # Errors
-/// The controller has neither a manual value nor manual pulses, the plant does not come to rest, the step does not move it, or no model
-/// fits: why, and what to do.
+/// # Errors The controller has neither a manual value nor manual pulses, the plant does not come to rest, the step does
+/// not move it, or no model fits; the message gives the reason and the remedy.
 pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Result<StepTested> {
     let size = request.size;
     ensure!(size != 0.0 && size.is_finite(), "the step is {size}: it has to be a number other than 0");
@@ -265,7 +273,7 @@ pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Resul
     Ok(StepTested { state: session.state()?, from, to: last.unwrap_or(from), step, identified })
 }
 
-/// The step of a plant that is held: when, the model, and the process value before it.
+/// The step of a held plant: its time, the model, and the process value before it.
 fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, f64)> {
     let size = request.size;
     let size = if !bench.is_within(size)? && bench.is_within(-size)? { -size } else { size };
@@ -283,7 +291,7 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
     let (level, noise) = (mean(before), noise(before));
     let step = bench.next_time()?;
     let calls = bench.put(bench.away()? + size)?;
-    // An analog word that has moved by a count has hardly begun to answer.
+    // An analog word that has moved by one count has hardly begun to respond.
     let has_moved = |values: &[f64]| {
         if values.len() < LONG * calls {
             return false;
@@ -308,8 +316,8 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
     Ok((step, identified, level))
 }
 
-/// Holds the plant, lets the manipulated value switch up and down around where it was, and measures the gain and period at which the loop
-/// with a P action alone would oscillate; then gives the loop back as it was.
+/// Holds the plant, switches the manipulated value up and down around its previous value, and measures the gain and
+/// period at which the loop with a P action alone would oscillate; then restores the loop.
 ///
 /// # Errors
 /// As for [`step`]; the process value does not swing, or it has no ultimate period that calls so far apart can show.
@@ -321,7 +329,8 @@ pub fn relay(home: &dyn Home, session: &mut Session, request: &RelayTest) -> Res
     bench.release(tested.as_ref().ok().map(|_| 0.0), false)?;
     let relay::Found { gain, period, swing, hysteresis, remarks } = tested?;
     let from = bench.from;
-    // At the ultimate frequency its phase is -180 degrees, of which the dead time has a half, and its gain that of the plant.
+    // At the ultimate frequency its phase is -180 degrees, half of which is due to the dead time, and its gain is that
+    // of the plant.
     let model =
         Model { gain: TAU / (period * gain), dead_time: period / 4.0, is_integrating: true, ..Model::default() };
     Ok(RelayTested { state: session.state()?, from, ultimate: (gain, period), swing, hysteresis, model, remarks })
@@ -331,19 +340,19 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Half of the way from the lowest to the highest of values.
+/// Half of the range of values.
 fn half(values: &[f64]) -> f64 {
     width(values) / 2.0
 }
 
-/// The standard deviation of what changes from call to call without a trend.
+/// The standard deviation of the changes from call to call without a trend.
 fn noise(values: &[f64]) -> f64 {
     let changes: Vec<f64> = values.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
     (changes.iter().map(|change| change * change).sum::<f64>() / (6.0 * changes.len().max(1) as f64)).sqrt()
 }
 
-/// Whether the last third of the values stays where it is, within this part of how far they have moved, as far as the noise lets one
-/// see. No values are at rest.
+/// Whether the last third of the values is constant within this fraction of their range, as far as the noise permits.
+/// An empty list is at rest.
 fn is_at_rest(values: &[f64], part: f64) -> bool {
     if values.is_empty() {
         return true;
@@ -354,7 +363,7 @@ fn is_at_rest(values: &[f64], part: f64) -> bool {
     values.len() >= FIRST && (mean(second) - mean(first)).abs() <= part * width(values) + seen
 }
 
-/// Whether the last third of values that are at rest on the whole stays within what figures resolve of their way, or goes up and down
+/// Whether the last third of values that are roughly at rest stays within the resolution of the figures, or oscillates
 /// evenly around its mean: at a turning point it does neither. `all` are those of the run.
 fn has_settled(values: &[f64], all: &[f64], grown: f64) -> bool {
     let last = &values[values.len() * 2 / 3..];
@@ -367,14 +376,15 @@ fn has_settled(values: &[f64], all: &[f64], grown: f64) -> bool {
     values.is_empty() || is_even || width(last) <= unseen
 }
 
-/// Whether values that are at rest on the whole swing, by more than noise and by what can be seen of `all` values of the run.
+/// Whether values that are roughly at rest oscillate by more than the noise and by a visible part of the range of `all`
+/// values of the run.
 fn swings(values: &[f64], all: &[f64]) -> bool {
     let magnitude = values.iter().fold(0.0_f64, |magnitude, value| magnitude.max(value.abs()));
     let unseen = (BAND * width(all)).max(SETTLED * magnitude).max(MOVED * noise(values));
     width(&values[values.len() * 2 / 3..]) > unseen
 }
 
-/// From the lowest to the highest of values.
+/// The range of values.
 fn width(values: &[f64]) -> f64 {
     let (low, high) = control::extremes(values);
     high - low

@@ -1,4 +1,4 @@
-//! What a user takes away: files as text or bytes.
+//! Exported results: files as text or bytes.
 
 use crate::chain::begin_at_the_plant;
 use crate::describe::{as_loop, describe, opened, stimuli_of_block};
@@ -22,50 +22,50 @@ use std::collections::BTreeMap;
 /// The longest description that `plcfmu run` reads, in bytes.
 const LONGEST_DESCRIPTION: usize = 1 << 20;
 
-/// What to take away.
+/// The file to export.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(rename = "Export", optional_fields = nullable))]
 pub enum ExportRequest {
     /// Loops as a parameter file.
     Parameters {
-        /// `awl`, `scl`, `db`, `xml`, `json`, `ssv`: the ending of the file.
+        /// `awl`, `scl`, `db`, `xml`, `json`, `ssv`: the extension of the file.
         format: String,
         /// The loops with their values.
         loops: Vec<Loop>,
-        /// What they were made of, for a comment.
+        /// The origin of the values, for a comment.
         origin: String,
-        /// Whether the stimuli are in the file as they are: setpoint, manual value and the like. Without it they have the value of
-        /// the file that they come from, else the block's start value.
+        /// Whether the file contains the present stimuli: setpoint, manual value and the like. By default they have the
+        /// value of their original file, or the block's start value.
         #[serde(default)]
         stimuli: bool,
     },
-    /// An opened parameter file with the values of loops, which leaves everything else in it as it is, byte for byte.
+    /// An opened parameter file with the values of loops; everything else in it is preserved byte for byte.
     Source {
-        /// The file, as it was opened.
+        /// The file as it was opened.
         file: ReadFile,
-        /// The loops of the file that have other values.
+        /// The loops of the file with changed values.
         loops: Vec<Loop>,
         /// As for a new parameter file.
         #[serde(default)]
         stimuli: bool,
     },
-    /// A run as a description for `plcfmu run`: setup, connections, what was done.
+    /// A run as a description for `plcfmu run`: setup, connections, events.
     Description {
-        /// The run; the present one without it.
+        /// The run; by default the present one.
         #[serde(default)]
         run: Option<usize>,
     },
-    /// A run as CSV, every call that is still held.
+    /// A run as CSV, with every call that is still held.
     Csv {
-        /// The run; the present one without it.
+        /// The run; by default the present one.
         #[serde(default)]
         run: Option<usize>,
-        /// The variables, by `MEMBER.VARIABLE`; all without it.
+        /// The variables, by `MEMBER.VARIABLE`; by default all.
         #[serde(default)]
         variables: Vec<String>,
-        /// Whether also what a replay of the run needs: mode, setpoint and process value of the controller, and all that was set
-        /// or changed in the run.
+        /// Whether the file also contains the data that a replay of the run needs: mode, setpoint and process value of
+        /// the controller, and all variables set or changed in the run.
         #[serde(default)]
         inputs: bool,
     },
@@ -76,28 +76,28 @@ pub enum ExportRequest {
         /// The values before, to compare with; may be empty.
         #[serde(default)]
         before: Vec<crate::message::LoopValue>,
-        /// The run; the present one without it.
+        /// The run; by default the present one.
         #[serde(default)]
         run: Option<usize>,
-        /// A picture of the curves, an `<svg>` or a `data:` URL of a PNG; drawn by the engine without it.
+        /// A picture of the curves, an `<svg>` or a `data:` URL of a PNG; by default drawn by the engine.
         #[serde(default)]
         picture: Option<String>,
-        /// When it is made, as it is to stand there.
+        /// The date of the report, as displayed.
         #[serde(default)]
         date: Option<String>,
-        /// Where the settings come from.
+        /// The origin of the settings.
         #[serde(default)]
         tuning: Option<Box<Tuning>>,
-        /// The runs of the same step that are compared, the earliest first.
+        /// The compared runs of the same step, the earliest first.
         #[serde(default)]
         runs: Vec<ReportedRun>,
-        /// The replays of a recording, one after the other.
+        /// The replays of a recording, in order.
         #[serde(default)]
         replays: Vec<ReportedReplay>,
-        /// The unit of the process value, where no variable says it.
+        /// The unit of the process value, if its variable has none.
         #[serde(default)]
         unit: Option<String>,
-        /// The unit of the manipulated value, where no variable says it.
+        /// The unit of the manipulated value, if its variable has none.
         #[serde(default)]
         travel_unit: Option<String>,
     },
@@ -108,7 +108,7 @@ pub enum ExportRequest {
     },
 }
 
-/// A file to take away.
+/// An exported file.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Exported {
@@ -118,14 +118,13 @@ pub struct Exported {
     pub media_type: String,
     /// Its bytes, Base64.
     pub content: String,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 
 /// Makes a file.
 ///
-/// # Errors
-/// What it cannot be made of, and what to do.
+/// # Errors The reason why it cannot be created, and the remedy.
 pub fn export(home: &dyn Home, session: &Session, request: &ExportRequest) -> Result<Exported> {
     match request {
         ExportRequest::Parameters { format, loops, origin, stimuli } => {
@@ -183,7 +182,7 @@ impl Exported {
     }
 }
 
-/// A name of a loop as that of a file, on any system.
+/// A file name for a loop, valid on any system.
 fn file_name(name: &str) -> String {
     let plain = |letter: char| if letter.is_alphanumeric() || matches!(letter, '-' | '_' | '.') { letter } else { '_' };
     let name: String = name.chars().take(80).map(plain).collect();
@@ -199,7 +198,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     };
     let [first, rest @ ..] = loops else { bail!("there is no loop to write: open or add one first") };
     let loops = loops.iter().map(|of| as_loop(home, of)).collect::<Result<Vec<_>>>()?;
-    // What comes from the page goes into a comment.
+    // Text from the page goes into a comment.
     let origin: String =
         origin.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).take(300).collect();
     let content = parameters::write(kind, &loops, &origin).map_err(anyhow::Error::msg)?;
@@ -209,7 +208,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     Ok(Exported::new(format!("{name}.{ending}"), kind.media_type(), content, remarks))
 }
 
-/// The loops without what they were tried with, unless that is wanted.
+/// The loops without stimuli, unless those are wanted.
 fn of_settings(home: &dyn Home, loops: &[Loop], stimuli: bool) -> Result<Vec<Loop>> {
     let mut loops = loops.to_vec();
     if stimuli {
@@ -232,7 +231,7 @@ fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> 
     let blocks = home.blocks();
     let before = parameters::read(format, &source, &blocks, &options);
     let before = before.map_err(|_| anyhow::anyhow!("{} cannot be read any more", file.file))?.loops;
-    // What a message does not name keeps its value.
+    // Settings missing from a message keep their values.
     let whole = |of: &Loop| -> Result<parameters::Loop> {
         let given = as_loop(home, of)?;
         let own = before.iter().find(|own| own.name == of.name && own.block.name == given.block.name);
@@ -346,8 +345,9 @@ fn system(home: &dyn Home, record: &Record, calls: usize) -> System {
     }
 }
 
-/// The columns without which nobody can replay a run: of the controller the mode, the manual value, setpoint and process value,
-/// its inputs that are not at their start values, and its settings that changed; of all members what was set while it ran.
+/// The columns needed for a replay of the run: the controller's mode, manual value, setpoint and process value, its
+/// inputs that are not at their start values, and its settings that changed; and, for all members, the variables set
+/// during the run.
 fn acting(home: &dyn Home, record: &Record) -> Result<Vec<usize>> {
     let Some(controller) = record.setup().members.first() else { return Ok(Vec::new()) };
     let description = describe(home, &controller.fmu)?;
@@ -370,7 +370,7 @@ fn acting(home: &dyn Home, record: &Record) -> Result<Vec<usize>> {
             columns.push(column);
         }
     }
-    // What was set before the first call and never again is a value of the setup.
+    // Variables set only before the first call are part of the setup.
     let set = record.done().iter().filter(|done| done.call > calls.start).map(|done| done.column);
     columns.extend(set);
     columns.sort_unstable();

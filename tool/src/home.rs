@@ -1,4 +1,4 @@
-//! Where the tool lives: the catalogue that it shows.
+//! The home of the tool: the catalogue that it shows.
 
 use crate::message::{Entry, KnownLoop};
 use anyhow::Result;
@@ -9,27 +9,26 @@ use std::sync::Arc;
 
 /// A home of the engine: the page with the blocks linked in, or the command with FMUs.
 pub trait Home: Fmus {
-    /// The FMUs that there are.
+    /// The available FMUs.
     fn entries(&self) -> Vec<Entry>;
 
     /// Loops that are known to work.
     fn known_loops(&self) -> Vec<KnownLoop>;
 
-    /// The blocks that parameter files are read and written for, those of the catalogue.
+    /// The blocks of the catalogue, whose parameter files can be read and written.
     fn blocks(&self) -> Vec<Arc<BlockType>>;
 
     /// The home's FMU of a block with other start values, as bytes.
     ///
-    /// # Errors
-    /// There is no such FMU here, or a value does not fit.
+    /// # Errors No such FMU here, or a value does not fit.
     fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>>;
 
-    /// How a PLC program is made of its sources; `None` for any other FMU.
+    /// How a PLC program is built from its sources; `None` for any other FMU.
     fn program(&self, _fmu: &str) -> Option<Manifest> {
         None
     }
 
-    /// The texts of a PLC program's sources; any other FMU has none.
+    /// The texts of a PLC program's sources; empty for any other FMU.
     fn sources(&self, _fmu: &str) -> Vec<parameters::Source> {
         Vec::new()
     }

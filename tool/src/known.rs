@@ -1,4 +1,4 @@
-//! Loops that are described: those of the crate `plants`, which are known to work, and files that `plcfmu run` takes.
+//! Descriptions of loops: those of the crate `plants`, which are known to work, and files for `plcfmu run`.
 
 use crate::message::{KnownLoop, MadeOf, Member, Program, Setup};
 use anyhow::{Context, Result, bail};
@@ -7,7 +7,7 @@ use run::file;
 use run::system::own_name;
 use std::path::PathBuf;
 
-/// Those whose FMUs there are.
+/// The loops for which all FMUs are available.
 pub fn loops(is_there: impl Fn(&str) -> bool) -> Vec<KnownLoop> {
     let mut loops: Vec<KnownLoop> = plants::LOOPS.iter().flat_map(|(name, text)| known(name, text)).collect();
     loops.retain(|known| known.setup.members.iter().all(|member| is_there(&member.fmu)));
@@ -22,8 +22,7 @@ fn known(name: &str, text: &str) -> Result<KnownLoop> {
 
 /// A description of a loop, which is called `name` in errors. Its FMUs are named as their files, and its times begin at 0.
 ///
-/// # Errors
-/// What is wrong with it, with line and column; it has no FMU, or needs a parameter file.
+/// # Errors A problem with line and column; it has no FMU, or needs a parameter file.
 pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     let system = file::parse(name, text)?;
     if system.members.is_empty() {

@@ -1,9 +1,10 @@
-//! What the parameter tool computes: opening, checking, running, recording, figures, identification, tuning, replay, export.
+//! The computations of the parameter tool: opening, checking, running, recording, figures, identification, tuning,
+//! replay, export.
 //!
-//! [`Engine`] takes a [`Request`] and gives an [`Answer`](message::Answer). It has no files, sockets, clocks
-//! or threads: what FMUs there are, and how they are stepped, is up to its [`Home`](home::Home). One home is the page, where
-//! the blocks are linked in as WebAssembly; the other is the command, which steps FMUs through their C interface. Both compute
-//! the same bits.
+//! [`Engine`] takes a [`Request`] and returns an [`Answer`](message::Answer). It has no files, sockets, clocks or
+//! threads: the available FMUs, and how they are stepped, depend on its [`Home`](home::Home). One home is the page,
+//! where the blocks are linked in as WebAssembly; the other is the command, which steps FMUs through their C interface.
+//! Both compute the same bits.
 
 mod abreast;
 mod chain;

@@ -1,5 +1,5 @@
-//! An instance of a block or program that runs in this program, without a C interface. It goes through the same checks as an
-//! instance behind one, and what it says has the same words.
+//! An instance of a block or program that runs in this program, without a C interface. It makes the same checks as an
+//! instance behind one, with the same messages.
 
 use crate::abreast;
 use anyhow::{Context, Result, anyhow, ensure};
@@ -21,7 +21,7 @@ use std::ffi::c_int;
 /// An instance.
 pub struct Instance<B> {
     component: component::Component<B>,
-    /// Integers and Booleans on their way; kept, so that a step allocates nothing.
+    /// Integers and Booleans in transit; kept, so that a step allocates nothing.
     integers: Vec<c_int>,
     booleans: Vec<Boolean>,
     /// The rows that are forced, with their values.
@@ -63,7 +63,7 @@ impl<B: Cyclic> Instance<B> {
         Ok(Instance { component, integers: Vec::new(), booleans: Vec::new(), forced: Vec::new(), combine: None })
     }
 
-    /// What it calls, with its present values.
+    /// The block it calls, with its present values.
     pub fn block(&self) -> &B {
         self.component.instance.block()
     }
@@ -79,14 +79,14 @@ impl<B: Cyclic> Instance<B> {
         std::mem::take(&mut self.component.advice)
     }
 
-    /// Makes a call as the C interface does: if the function may be called now.
+    /// Makes a call like the C interface: only if the function may be called now.
     fn call(
         &mut self,
         function: &Function,
         body: impl FnOnce(&mut component::Component<B>) -> Result<(), Refusal>,
     ) -> Result<()> {
         let done = self.component.instance.may(function).and_then(|()| body(&mut self.component));
-        // The words of a host that is told so through the C interface.
+        // The message is the one that a host receives through the C interface.
         done.map_err(|refusal| {
             anyhow!("{} returned {}: {}", function.name, status_name(refusal.answer()), refusal.reason())
         })

@@ -1,6 +1,6 @@
 //! The messages of the engine: a [`Request`](crate::Request) in, an [`Answer`] out, each a JSON object.
 //!
-//! The page posts the same requests to the engine in WebAssembly and to the one behind `plcfmu tool`.
+//! The page sends the same requests to the engine in WebAssembly and to the one behind `plcfmu tool`.
 //!
 //! ```json
 //! {"do": "start", "members": [{"name": "TIC101", "fmu": "PUMP", "values": {"GAIN": 2.0}}], "connections": []}
@@ -18,11 +18,11 @@ pub use control::figures::Happened;
 pub use run::fmus::{LoopRole, Member, Values};
 pub use run::system::{Exchange, Value};
 
-/// What there is to choose from.
+/// The available FMUs, loops and formats.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Catalogue {
-    /// The FMUs, in the order in which they are shown.
+    /// The FMUs, in display order.
     pub fmus: Vec<Entry>,
     /// Loops that are known to work: examples for connections and settings.
     pub loops: Vec<KnownLoop>,
@@ -34,13 +34,13 @@ pub struct Catalogue {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Entry {
-    /// Its name, by which all other requests name it.
+    /// Its name, used in all other requests.
     pub name: String,
-    /// What it does, in one sentence.
+    /// A summary in one sentence.
     pub summary: String,
-    /// What it is in a loop.
+    /// Its role in a loop.
     pub part: LoopRole,
-    /// Whether it is a foreign FMU: native code of somebody else.
+    /// Whether it is a foreign FMU: third-party native code.
     pub is_foreign: bool,
 }
 
@@ -50,21 +50,21 @@ pub struct Entry {
 pub struct KnownLoop {
     /// The name of its description, `furnace`.
     pub name: String,
-    /// What it shows.
+    /// Its title.
     pub title: String,
     /// What is special about it, or empty.
     pub about: String,
     /// Its members and connections.
     pub setup: Setup,
-    /// How long it runs in its description, in seconds.
+    /// The length of its run in the description, in seconds.
     pub stop: Option<f64>,
-    /// What is set meanwhile: the time in seconds, `MEMBER.VARIABLE`, and the value.
+    /// The settings made during the run: the time in seconds, `MEMBER.VARIABLE`, and the value.
     pub events: Vec<(f64, String, Value)>,
-    /// The members that are programs: their FMUs have to be made of their sources.
+    /// The members that are programs: their FMUs have to be built from their sources.
     pub programs: Vec<MadeOf>,
 }
 
-/// A member that is a program.
+/// A member that is a PLC program.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct MadeOf {
@@ -72,12 +72,12 @@ pub struct MadeOf {
     pub member: String,
     /// The names of its sources, without folders.
     pub sources: Vec<String>,
-    /// How it is made of them. The sources themselves are missing.
+    /// How it is built from them. The sources themselves are missing.
     pub program: Program,
 }
 
-/// The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`; without a cycle, it is what the
-/// sources propose.
+/// The sources of a program, and how it is built from them. The defaults are those of `plcfmu build`; the default cycle
+/// is proposed by the sources.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
@@ -85,7 +85,7 @@ pub struct Program {
     /// The sources.
     #[serde(default)]
     pub files: Vec<SourceFile>,
-    /// How it is made of them.
+    /// How it is built from them.
     #[serde(flatten)]
     pub manifest: Manifest,
 }
@@ -100,7 +100,7 @@ pub struct SourceFile {
     pub content: String,
 }
 
-/// An FMU as a dialog shows it.
+/// An FMU as displayed by a dialog.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Description {
@@ -108,17 +108,17 @@ pub struct Description {
     pub name: String,
     /// The name of its block, by which parameter files know it.
     pub block: String,
-    /// What it does, in one sentence.
+    /// A summary in one sentence.
     pub summary: String,
     /// The other names by which a PLC project may call the block.
     pub aliases: Vec<String>,
-    /// What it is in a loop.
+    /// Its role in a loop.
     pub part: LoopRole,
-    /// The variable that holds the time between two calls; a foreign FMU has none.
+    /// The variable that holds the time between two calls; `None` for a foreign FMU.
     pub cycle: Option<String>,
     /// Its variables, in the order of the table.
     pub variables: Vec<Variable>,
-    /// What its variables are in a loop.
+    /// The roles of its variables in a loop.
     pub roles: run::dialog::Roles,
     /// Its settings in groups, in the order of the dialog.
     pub groups: Vec<run::dialog::Group>,
@@ -132,22 +132,22 @@ pub struct Variable {
     pub name: String,
     /// A short text.
     pub description: String,
-    /// Its PLC type, `REAL`; that of FMI in a foreign FMU, `Real`.
+    /// Its PLC type, `REAL`; in a foreign FMU that of FMI, `Real`.
     pub kind: String,
     /// `input`, `parameter`, `fixed`, `cycle`, `output`, `local`
     #[cfg_attr(test, ts(type = "\"input\" | \"parameter\" | \"fixed\" | \"cycle\" | \"output\" | \"local\""))]
     pub role: String,
     /// Whether it can be set while the loop runs.
     pub is_tunable: bool,
-    /// Whether it is what the loop is tried with (setpoint, manual value, disturbance, noise), and not a setting.
+    /// Whether it is a stimulus of the loop (setpoint, manual value, disturbance, noise) rather than a setting.
     pub is_stimulus: bool,
     /// Its value in a new instance.
     pub start: Value,
-    /// The lowest value that makes sense.
+    /// The lowest sensible value.
     pub min: Option<f64>,
-    /// The highest value that makes sense.
+    /// The highest sensible value.
     pub max: Option<f64>,
-    /// Its physical unit; s of a TIME.
+    /// Its physical unit; s for a TIME.
     pub unit: Option<String>,
 }
 
@@ -159,10 +159,10 @@ pub struct ReadFile {
     pub file: String,
     /// Its bytes, Base64.
     pub content: String,
-    /// The block, where the file does not say it.
+    /// The block, if the file does not specify it.
     #[serde(default)]
     pub block: Option<String>,
-    /// The loop's name, where the file does not say it.
+    /// The loop's name, if the file does not specify it.
     #[serde(default)]
     pub name: Option<String>,
 }
@@ -171,9 +171,9 @@ pub struct ReadFile {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Loops {
-    /// The loops, in the order of the file; none if something is wrong with it.
+    /// The loops, in the order of the file; empty if the file is faulty.
     pub loops: Vec<Loop>,
-    /// What is wrong, or what the user should know.
+    /// Problems, and remarks for the user.
     pub problems: Vec<Problem>,
     /// Whether the file could not be used.
     pub is_refused: bool,
@@ -185,15 +185,15 @@ pub struct Loops {
 pub struct Loop {
     /// Its name.
     pub name: String,
-    /// What its author calls it.
+    /// Its title in the file.
     pub title: Option<String>,
-    /// Its block; one of the catalogue has this name.
+    /// Its block, the name of one in the catalogue.
     pub block: String,
     /// The time between two calls.
     pub cycle: Option<f64>,
     /// Its values.
     pub settings: Vec<LoopValue>,
-    /// What the block will do with them where a user may not expect it, and values out of range.
+    /// Effects of the settings that a user may not expect, and values out of range.
     pub warnings: Vec<String>,
 }
 
@@ -205,36 +205,36 @@ pub struct LoopValue {
     pub name: String,
     /// Its value.
     pub value: Value,
-    /// Where the value comes from, `plant.awl:12:8`; without it, it is the block's start value.
+    /// The origin of the value, `plant.awl:12:8`; `None` for the block's start value.
     pub origin: Option<String>,
-    /// The value of the file, where that is another one by now.
+    /// The value in the file, if it differs by now.
     #[serde(default)]
     pub file: Option<Value>,
 }
 
-/// Something about a place of a file.
+/// A problem or a remark at a place in a file.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Problem {
     /// The line and the column, from 1, if it has a place.
     pub place: Option<(usize, usize)>,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
-    /// What to do.
+    /// The remedy.
     pub help: Option<String>,
-    /// The user must choose the block that the file has the parameters of.
+    /// The user must choose the block whose parameters the file contains.
     pub asks_for_block: bool,
 }
 
-/// What a block does with settings.
+/// The check of a block's settings.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Checked {
     /// Sentences, with the settings that they name.
     pub remarks: Vec<Remark>,
-    /// The settings that have no effect with the others as they are, by name.
+    /// The settings without effect in combination with the others, by name.
     pub unused: Vec<String>,
-    /// The values as the PLC's types hold them, where they differ from what was given.
+    /// The values as held by the PLC's types, where they differ from the given ones.
     pub rounded: Values,
 }
 
@@ -242,7 +242,7 @@ pub struct Checked {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Remark {
-    /// The variables that it is about.
+    /// The variables concerned.
     pub variables: Vec<String>,
     /// The sentence.
     pub text: String,
@@ -254,31 +254,31 @@ pub struct Remark {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Proposal {
-    /// The connections that are proposed.
+    /// The proposed connections.
     pub connections: Vec<Wire>,
-    /// All others that are possible.
+    /// All other possible connections.
     pub others: Vec<Wire>,
     /// Settings that go with the proposed connections, by `MEMBER.VARIABLE`.
     pub values: Values,
-    /// The communication step that goes with them; the controller's cycle without it.
+    /// The communication step that goes with them; by default the controller's cycle.
     #[serde(default)]
     pub step: Option<f64>,
-    /// When values go from output to input, in the known loop that this is taken from.
+    /// When values go from output to input, in the known loop on which the proposal is based.
     #[serde(default)]
     pub exchange: Exchange,
-    /// Inputs that need a connection and have none.
+    /// Unconnected inputs that need a connection.
     pub open: Vec<Open>,
-    /// What else the user should know, a sentence each.
+    /// Further remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 
-/// An input that needs a connection, until something goes to it.
+/// An input that needs a connection.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Open {
     /// The input, `MEMBER.VARIABLE`.
     pub input: String,
-    /// What is missing, a sentence.
+    /// A sentence on what is missing.
     pub text: String,
 }
 
@@ -290,11 +290,11 @@ pub struct Wire {
     pub from: String,
     /// The input, `MEMBER.VARIABLE`.
     pub to: String,
-    /// Why it is proposed.
+    /// The reason for the proposal.
     pub reason: String,
 }
 
-/// What to run: a controller first, then its plant and what else there is.
+/// The setup of a run: a controller first, then its plant and further members.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Setup {
@@ -310,15 +310,15 @@ pub struct Setup {
     pub exchange: Exchange,
 }
 
-/// Where the run is.
+/// The state of a run.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct State {
     /// The number of the run, from 0.
     pub run: usize,
-    /// How many calls have been made.
+    /// The number of calls made.
     pub calls: usize,
-    /// When the last call was, in seconds; 0 before the first.
+    /// The time of the last call, in seconds; 0 before the first.
     pub time: f64,
     /// The communication step in seconds.
     pub step: f64,
@@ -326,35 +326,35 @@ pub struct State {
     pub values: Values,
     /// The values after the last call, where members act in parallel: the outputs in its row are those of the call before.
     pub after: Option<Values>,
-    /// What is forced, by `MEMBER.VARIABLE`.
+    /// The forced values, by `MEMBER.VARIABLE`.
     pub forced: Values,
-    /// What has ended the run: which FMU failed, and its messages.
+    /// The reason why the run has ended: which FMU failed, and its messages.
     pub failure: Option<String>,
-    /// Whether the last calls ended because the condition that they were made with began to hold.
+    /// Whether the last calls ended because their condition became true.
     #[serde(default)]
     pub is_met: bool,
-    /// What the FMUs and the plan say since the last answer, a sentence each.
+    /// Remarks of the FMUs and the plan since the last answer, a sentence each.
     pub remarks: Vec<String>,
 }
 
-/// Which curves to show.
+/// The curves to show.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct View {
-    /// The run; the present one without it.
+    /// The run; by default the present one.
     #[serde(default)]
     pub run: Option<usize>,
     /// The variables, by `MEMBER.VARIABLE`.
     pub variables: Vec<String>,
-    /// The beginning in seconds; that of the run without it.
+    /// The beginning in seconds; by default that of the run.
     #[serde(default)]
     pub from: Option<f64>,
-    /// The end in seconds; the last call without it.
+    /// The end in seconds; by default the last call.
     #[serde(default)]
     pub to: Option<f64>,
-    /// At most this many points.
+    /// The maximum number of points.
     pub points: usize,
-    /// For these variables the mean over so many seconds, up to and with the call: of pulses the mean of their period.
+    /// The variables to average, and over how many seconds, up to and including the call: for pulses, their period.
     #[serde(default)]
     pub means: Option<BTreeMap<String, f64>>,
 }
@@ -371,19 +371,19 @@ pub struct Curves {
     pub values: Vec<Vec<f64>>,
     /// Their units.
     pub units: Vec<Option<String>>,
-    /// Whether every call is there.
+    /// Whether every call is included.
     pub is_exact: bool,
 }
 
-/// What a run began with, and what was done in it, in the order of time.
+/// The setup of a run, and its events in chronological order.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Events {
-    /// What the run began with.
+    /// The setup at the start of the run.
     pub setup: Setup,
-    /// What was done.
+    /// The events.
     pub events: Vec<Event>,
-    /// How many calls the run has made.
+    /// The number of calls made by the run.
     pub calls: usize,
 }
 
@@ -391,13 +391,13 @@ pub struct Events {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Event {
-    /// Before which call, from 0.
+    /// The index of the call before which it was set, from 0.
     pub call: usize,
-    /// When that call is, in seconds.
+    /// The time of that call, in seconds.
     pub time: f64,
     /// `MEMBER.VARIABLE`
     pub variable: String,
-    /// The value; of what was released, the one that it had.
+    /// The value; for a release, the previous forced value.
     pub value: Value,
     /// How it was set.
     #[serde(default, skip_serializing_if = "Act::is_set")]
@@ -410,14 +410,14 @@ pub struct Event {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum Act {
-    /// As an FMU allows it: an input or a parameter.
+    /// As an FMU permits: an input or a parameter.
     #[default]
     Set,
-    /// Once, whatever it is.
+    /// Once, for any variable.
     Write,
-    /// For every call from then on, whatever it is.
+    /// For every call from then on, for any variable.
     Force,
-    /// It is forced no longer.
+    /// No longer forced.
     Release,
 }
 
@@ -427,20 +427,20 @@ impl Act {
     }
 }
 
-/// Of which part of which run.
+/// The run, and the part of it to evaluate.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 #[serde(default, deny_unknown_fields)]
 pub struct FiguresRequest {
-    /// The run; the present one without it.
+    /// The run; by default the present one.
     pub run: Option<usize>,
-    /// The beginning in seconds; that of the last step without it.
+    /// The beginning in seconds; by default that of the last step.
     pub from: Option<f64>,
     /// The end in seconds; without it and without a beginning, that of the last step's window.
     pub to: Option<f64>,
-    /// The unit of the process value, where its variable has none.
+    /// The unit of the process value, if its variable has none.
     pub unit: Option<String>,
-    /// The unit of the manipulated value, where its variable has none.
+    /// The unit of the manipulated value, if its variable has none.
     pub travel_unit: Option<String>,
 }
 
@@ -450,25 +450,25 @@ pub struct FiguresRequest {
 pub struct Tried {
     /// Its curves.
     pub curves: Curves,
-    /// Its figures; none of a loop without a setpoint or a process value.
+    /// Its figures; `None` for a loop without a setpoint or a process value.
     pub figures: Option<Figures>,
 }
 
-/// The figures of a run, those that its signals allow.
+/// The figures of a run, as far as its signals permit.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Figures {
-    /// From where on, in seconds.
+    /// The beginning of their window, in seconds.
     pub from: f64,
-    /// Up to where, in seconds.
+    /// The end of their window, in seconds.
     pub to: f64,
-    /// The step that they belong to: two runs with the same step over the same time can be compared.
+    /// The step to which they belong: two runs with the same step over the same time can be compared.
     pub step: Option<Happened>,
-    /// The disturbance that those of a disturbance belong to.
+    /// The disturbance to which the figures of a disturbance belong.
     pub disturbance: Option<Happened>,
-    /// The figures, in the order in which they are shown.
+    /// The figures, in display order.
     pub figures: Vec<Figure>,
-    /// Which figures are absent, and why.
+    /// The missing figures, and the reasons.
     pub remarks: Vec<String>,
 }
 
@@ -480,27 +480,27 @@ pub struct Figure {
     pub key: String,
     /// Its title, `Settling time`.
     pub title: String,
-    /// What it is, in a few words.
+    /// A short description.
     pub meaning: String,
-    /// Its value; it is absent if the remarks say why.
+    /// Its value; `None` if the remarks give the reason.
     pub value: Option<f64>,
     /// Its unit.
     pub unit: Option<String>,
 }
 
-/// What the engine answers.
+/// The answer of the engine.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
-    /// What was asked for.
+    /// The result.
     Ok(serde_json::Value),
-    /// Why there is no answer.
+    /// The reason why there is no result.
     Error(Error),
 }
 
-/// Why a request was refused.
+/// The reason why a request was refused.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Error {
-    /// What is wrong, with name and value, and what to do: one sentence.
+    /// The problem, with name and value, and the remedy: one sentence.
     pub message: String,
 }

@@ -1,6 +1,7 @@
-//! Presets: FMUs of a block's library with start values of their own, as the files in which they differ from the block's FMU.
+//! Presets: FMUs of a block's library with their own start values, as the files in which they differ from the block's
+//! FMU.
 //!
-//! The archive is somebody else's: that of the command, or the page's, which has no room for one.
+//! The caller handles the archive: the command, or the page, whose WebAssembly has no space for one.
 
 pub mod page;
 
@@ -24,11 +25,11 @@ pub const DESCRIPTION: &str = "modelDescription.xml";
 /// The path of the documentation in an FMU.
 pub const PAGE: &str = "documentation/index.html";
 
-/// What a preset leaves out: the recorded results are those of the block's own start values, and so is the C. A folder ends
-/// with `/`.
+/// The files that a preset leaves out: the recorded results belong to the block's own start values, and so does the C
+/// source. A folder ends with `/`.
 const LEFT_OUT: [&str; 3] = ["extra/org.fmi-standard.fmi-ls-ref/", "documentation/fmi-ls-ref.txt", "sources/"];
 
-/// Names that Windows gives to devices, whatever extension follows.
+/// Names of devices in Windows, with any extension.
 const DEVICES: [&str; 4] = ["CON", "PRN", "AUX", "NUL"];
 
 /// The path of the start values in a preset.
@@ -41,12 +42,12 @@ pub fn guid_of(text: &str) -> String {
     String::from_utf8_lossy(&fingerprint::text(start::fingerprint(text.as_bytes()))).into_owned()
 }
 
-/// An FMU of which a preset is made, without its archive.
+/// The FMU from which a preset is made, without its archive.
 #[derive(Clone, Copy, Debug)]
 pub struct Original<'a> {
     /// Its model description.
     pub xml: &'a ModelDescription,
-    /// What that says, expanded.
+    /// Its model description, expanded.
     pub description: &'a Description,
     /// The GUID or token of the block's own FMU: its own, unless it is a preset itself.
     pub library: &'a str,
@@ -54,7 +55,7 @@ pub struct Original<'a> {
     pub page: Option<&'a str>,
 }
 
-/// What a preset has in place of the original's files.
+/// The files of a preset that replace the original's.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Preset {
@@ -62,19 +63,18 @@ pub struct Preset {
     pub name: String,
     /// Its GUID.
     pub guid: String,
-    /// The files that are new or differ, by path.
+    /// The new and the changed files, by path.
     pub files: BTreeMap<String, String>,
-    /// The files that it does not have. A folder ends with `/`.
+    /// The paths of the omitted files. A folder ends with `/`.
     pub left_out: Vec<String>,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 
 impl Original<'_> {
     /// The FMU with the values of a loop as its start values.
     ///
-    /// # Errors
-    /// It is not of the loop's block; a value that the FMU does not take.
+    /// # Errors The FMU is not of the loop's block, or rejects a value.
     pub fn preset(&self, values: &parameters::Loop) -> Result<Preset> {
         let block = self.description.model_identifier().unwrap_or_default();
         let places = self.places(block, &values.block)?;
@@ -107,7 +107,7 @@ impl Original<'_> {
         Ok(Preset { name, guid, files, left_out, remarks: values.warnings() })
     }
 
-    /// The places of a block's members among the variables. A block of which this is not an FMU is refused.
+    /// The positions of a block's members among the variables. Refuses a block other than this FMU's.
     fn places(&self, own: &str, block: &BlockType) -> Result<Vec<usize>> {
         ensure!(block.name == own, "it is an FMU of {own}, not of {}", block.name);
         let variables = &self.description.variables;
@@ -129,7 +129,7 @@ impl Original<'_> {
         places.map(place).collect()
     }
 
-    /// What the preset's model description has in place of the original's.
+    /// The parts of the model description that differ from the original.
     fn changes(
         &self,
         name: &str,
@@ -145,7 +145,7 @@ impl Original<'_> {
         {
             let cycle = f64::from(cycle.milliseconds());
             ensure!(cycle >= 1.0, "the time between two calls is {} s: it must be at least 0.001 s", cycle / 1000.0);
-            // As many calls as before.
+            // Keeps the number of calls.
             if let (Some(stop), Some(step)) = (experiment.stop_time, experiment.step_size) {
                 experiment.stop_time = Some((stop / step).round() * cycle / 1000.0);
             }
@@ -171,21 +171,20 @@ pub fn identifier(name: &str) -> String {
     identifier
 }
 
-/// A preset of an FMU that the page has opened.
+/// A preset of an FMU opened by the page.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PresetRequest {
     /// The loop with its values.
     pub of: Loop,
-    /// The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, as far as it has them.
+    /// The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, as far as they exist.
     pub files: BTreeMap<String, String>,
 }
 
-/// Makes it.
+/// Creates the preset.
 ///
-/// # Errors
-/// The files are not those of an FMU of the loop's block, in the version that the home has; a value that the FMU does not take.
+/// # Errors The files do not belong to an FMU of the loop's block in the home's version, or the FMU rejects a value.
 pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     let values = as_loop(home, &request.of)?;
     let file = |path: &str| request.files.get(path).map(String::as_str);
@@ -197,7 +196,7 @@ pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     let library = start.map_or_else(|| description.guid.clone(), |start| start.library);
     let original = Original { xml: &xml, description: &description, library: &library, page: file(PAGE) };
     let preset = original.preset(&values)?;
-    // The library of another version would refuse the start values, or take them for others.
+    // A library of another version would refuse or misinterpret the start values.
     let name = &values.block.name;
     let own = home.entries().into_iter().map(|entry| entry.name).find_map(|fmu| {
         let is_of_block = home.table(&fmu).ok().flatten().is_some_and(|table| table.name == *name);

@@ -1,4 +1,4 @@
-//! PLC programs: translated here, run as an FMU of them would, and watched line by line.
+//! PLC programs: translated here, run like their FMUs, and watched line by line.
 
 mod decided;
 mod kept;
@@ -24,68 +24,68 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// At most this many problems are told.
+/// The maximum number of problems reported.
 const MOST_PROBLEMS: usize = 500;
 
-/// What has become of sources.
+/// The result of a translation.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Compiled {
-    /// The name in the catalogue by which the program runs; it has none if it was refused.
+    /// The name in the catalogue under which the program runs; `None` if it was refused.
     pub fmu: Option<String>,
-    /// What is run.
+    /// The block that runs.
     pub block: String,
-    /// What is wrong, or what the author should know, in the order of the sources.
+    /// Errors, and warnings for the author, in the order of the sources.
     pub problems: Vec<Finding>,
-    /// The blocks of which one has to be chosen, if it is not clear which is run.
+    /// The blocks to choose from, if the block to run is ambiguous.
     pub candidates: Vec<String>,
     /// The time between two calls in seconds.
     pub cycle: f64,
-    /// Why it is that.
+    /// The origin of the cycle.
     pub cycle_from: String,
     /// The texts of the sources.
     pub sources: Vec<SourceText>,
     /// The blocks with code, in the order of the sources.
     pub blocks: Vec<CodeBlock>,
-    /// Where data blocks and tags are declared: the name, which of the sources, from 0, and the line.
+    /// The declarations of data blocks and tags: the name, the index of the source, and the line.
     pub declared: Vec<(String, usize, usize)>,
     /// The instances of blocks; first the program itself, whose path is empty.
     pub parts: Vec<Instance>,
-    /// What the files of a project hold, and what they lack: rows of a table. A single source has none.
+    /// A summary of the project's files and of missing parts: rows of a table. Empty for a single source.
     pub survey: Vec<(String, String)>,
-    /// What can be assumed of the names that no source declares; the program is refused without it.
+    /// Possible assumptions about undeclared names; without them, the program is refused.
     pub assumptions: Vec<Assumption>,
 }
 
-/// What can be assumed of a name that no source declares.
+/// A possible assumption about an undeclared name.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Assumption {
     /// The name.
     pub name: String,
-    /// What it is taken for, in a sentence.
+    /// The assumption, in a sentence.
     pub what: String,
-    /// Where it is used first: the source, and the line in it.
+    /// The place of its first use: the source, and the line in it.
     pub place: Option<(String, usize)>,
     /// Its declaration in SCL.
     pub text: String,
 }
 
-/// Something about a place of a source.
+/// A message on a place in a source.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Finding {
-    /// The source's name; empty if it is about all of them.
+    /// The source's name; empty if it concerns all of them.
     pub file: String,
     /// The line and the column, from 1.
     pub place: Option<(usize, usize)>,
-    /// How many characters it is about, in its first line.
+    /// The number of characters concerned, in its first line.
     pub length: usize,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
-    /// What to do.
+    /// The remedy.
     pub help: Option<String>,
-    /// Whether there is no program because of it.
+    /// Whether it is an error, which prevents the program from running.
     pub is_error: bool,
 }
 
@@ -111,21 +111,21 @@ pub struct Instance {
     pub is_native: bool,
 }
 
-/// What a program did in its last call, beside the values of its variables, which are in the state of the run.
+/// The activity of a program in its last call, beside the values of its variables, which are in the state of the run.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Monitored {
-    /// The temporaries of what is run, at the end of the call.
+    /// The temporaries of the block that runs, at the end of the call.
     pub temps: Values,
     /// Its STRINGs and WSTRINGs at the end of the call; a run has numbers only.
     pub texts: BTreeMap<String, String>,
-    /// The lines that were run: which of the sources, from 0, and the line.
+    /// The executed lines: the index of the source, from 0, and the line.
     pub lines: Vec<(usize, usize)>,
-    /// What the program has warned of since it was started, with file and line.
+    /// The program's warnings since its start, with file and line.
     pub warnings: Vec<String>,
-    /// The truth values in the networks of the block that was asked for, by their numbers. What was not calculated is missing.
+    /// The truth values in the networks of the requested block, by number. Those that were not calculated are missing.
     pub wires: Vec<(u32, bool)>,
-    /// What decided in each of the blocks that were asked for: a row for each of its writes.
+    /// The decisions in each of the requested blocks: a row for each of its writes.
     pub decided: Vec<Vec<decided::Decisions>>,
 }
 
@@ -143,10 +143,9 @@ pub struct Kept {
     blocks: Arc<Vec<CodeBlock>>,
 }
 
-/// Translates the sources, and takes the program into the catalogue. What is wrong with them is in the answer.
+/// Translates the sources, and adds the program to the catalogue. The answer contains the problems.
 ///
-/// # Errors
-/// A file is not Base64, or they are too large; an option that is none.
+/// # Errors A file is not Base64, or they are too large; an option is invalid.
 pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compiled> {
     let parts = project::read(&request.files, &request.manifest)?;
     let Parts { sources, manifest, .. } = &parts;
@@ -197,19 +196,18 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
     Ok(compiled)
 }
 
-/// Which blocks are looked into, each in the instance at a path; a function has an empty one.
+/// The blocks of interest, each in the instance at a path; empty for a function.
 #[derive(Clone, Copy, Debug)]
 pub struct Looked<'a> {
-    /// The block whose networks are drawn.
+    /// The block whose networks are displayed.
     pub networks: Option<&'a (String, String)>,
-    /// The blocks of which it is asked what decided.
+    /// The blocks whose decisions are requested.
     pub why: &'a [(String, String)],
 }
 
-/// What a program that runs in the loop did in its last call, or in an earlier one.
+/// The activity of a program in the loop during its last or an earlier call.
 ///
-/// # Errors
-/// No program runs under this name; the run has no such call, or too many before it.
+/// # Errors No program runs under this name; the run has no such call, or too many before it.
 pub fn monitor<H: Home>(
     home: &Programs<H>,
     session: &Session,
@@ -270,7 +268,7 @@ fn completed(manifest: &Manifest, sources: &[Source], blocks: &[CodeBlock], cycl
     }
 }
 
-/// What can be assumed of the names that no source declares.
+/// Possible assumptions about undeclared names.
 fn assumptions(sources: &[Source], manifest: &Manifest) -> Vec<Assumption> {
     let of = |of: scl::Assumption| {
         let source = sources.get(of.at.0 as usize);
@@ -318,7 +316,7 @@ fn findings(problems: &[Problems], is_error: bool) -> Vec<Finding> {
 }
 
 impl Kept {
-    /// What it is in a loop: whatever drives the rest of it.
+    /// Its role in a loop: the member that drives the others.
     fn part(&self) -> LoopRole {
         LoopRole::Controller
     }

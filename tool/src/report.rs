@@ -1,4 +1,4 @@
-//! A loop on one page: its settings, what the block does with them, what was done, how it went. HTML that loads nothing.
+//! A loop on one page: its settings, their effects, the events, and the results. HTML that loads nothing.
 
 mod metrics;
 mod rules;
@@ -27,16 +27,16 @@ use std::fmt::Write;
 use step::Predicted;
 pub(crate) use step::{Forecasted, forecast};
 
-/// This many points a curve has.
+/// The number of points of a curve.
 const POINTS: usize = 1500;
 
-/// At most this many events are listed.
+/// The maximum number of events listed.
 const MOST_EVENTS: usize = 100;
 
-/// The largest picture that is taken, in bytes.
+/// The maximum size of a picture, in bytes.
 const LARGEST_PICTURE: usize = 16 << 20;
 
-/// What settings were computed from, and what they lead to.
+/// The origin of computed settings, and their predicted effects.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
@@ -45,44 +45,44 @@ pub struct Tuning {
     pub model: Model,
     /// The rule.
     pub rule: Rule,
-    /// The settings that it gave.
+    /// The resulting settings.
     pub values: Values,
-    /// Lambda in seconds, of a rule that takes it.
+    /// Lambda in seconds, for a rule that uses it.
     #[serde(default)]
     pub closed_loop: Option<f64>,
     /// The largest sensitivity.
     #[serde(default)]
     pub sensitivity: Option<f64>,
-    /// How much more gain the loop takes, as a factor.
+    /// The gain margin, as a factor.
     #[serde(default)]
     pub gain_margin: Option<f64>,
     /// In degrees.
     #[serde(default)]
     pub phase_margin: Option<f64>,
-    /// The step of the setpoint that was predicted.
+    /// The predicted step of the setpoint.
     #[serde(default)]
     pub step: Step,
-    /// All rules with what they lead to, as they were compared; the curves may be left out but for both ends of the setpoint.
+    /// All compared rules with their predicted effects; the curves may be omitted except for both ends of the setpoint.
     #[serde(default)]
     pub rows: Vec<RuleOutcome>,
-    /// The values of the same settings that were in force before.
+    /// The previous values of the same settings.
     #[serde(default)]
     pub before: Values,
 }
 
-/// A run that is compared with others.
+/// A run compared with others.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct ReportedRun {
     /// Its number in the session.
     pub run: usize,
-    /// What the user calls it.
+    /// The user's name for it.
     pub name: String,
-    /// Its settings that other runs had otherwise, as they were at its end.
+    /// Its settings that differ from those of other runs, at its end.
     #[serde(default)]
     pub values: Values,
-    /// Those that were changed while it ran, as they were at its beginning.
+    /// Its settings that changed during the run, at its beginning.
     #[serde(default)]
     pub begun: Values,
 }
@@ -98,15 +98,15 @@ pub struct ReportedReplay {
     pub values: Values,
     /// The conclusion, in a sentence.
     pub verdict: String,
-    /// What else is to be said of it, a sentence each.
+    /// Further remarks on it, a sentence each.
     #[serde(default)]
     pub remarks: Vec<String>,
-    /// The settings that the recording has otherwise than the loop had.
+    /// The settings in which the recording differed from the loop.
     #[serde(default)]
     pub settings: Vec<Change>,
 }
 
-/// What is reported.
+/// The content of a report.
 pub(crate) struct Report<'a> {
     /// The loop with its values.
     pub(crate) of: &'a Loop,
@@ -118,13 +118,13 @@ pub(crate) struct Report<'a> {
     pub(crate) figures: Option<&'a Figures>,
     /// The runs of the same step with their figures, the earliest first.
     pub(crate) compared: Vec<(&'a ReportedRun, Figures)>,
-    /// The curves as the user sees them; drawn here without it.
+    /// The curves as displayed to the user; by default drawn here.
     pub(crate) picture: Option<&'a str>,
-    /// When it is made, as it is to stand there.
+    /// The date of the report, as displayed.
     pub(crate) date: Option<&'a str>,
-    /// Where the settings come from.
+    /// The origin of the settings.
     pub(crate) tuning: Option<&'a Tuning>,
-    /// The replays of a recording, one after the other.
+    /// The replays of a recording, in order.
     pub(crate) replays: &'a [ReportedReplay],
     /// The units of process value and manipulated value.
     pub(crate) units: [Option<&'a str>; 2],
@@ -132,8 +132,7 @@ pub(crate) struct Report<'a> {
 
 /// The page.
 ///
-/// # Errors
-/// There is no such block here, or the picture is not one.
+/// # Errors No such block here, or the picture is invalid.
 pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
     let fmu = fmu_of(home, &report.of.block)?;
     let description = describe(home, &fmu)?;
@@ -188,14 +187,14 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
     Ok(page)
 }
 
-/// The FMU of the catalogue that is this block.
+/// The FMU of the catalogue for this block.
 fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
     let is = |name: &str| matches!(home.table(name), Ok(Some(table)) if table.name == block);
     let found = home.entries().into_iter().find(|entry| is(&entry.name));
     if let Some(entry) = found {
         return Ok(entry.name);
     }
-    // Known by another name, such as that of the PLC project.
+    // It is known by another name, such as that in the PLC project.
     let known = home.blocks().into_iter().find(|known| known.is_called(block));
     let known = known.with_context(|| format!("there is no block {block:?} here"))?;
     let is = |name: &str| matches!(home.table(name), Ok(Some(table)) if table.name == known.name);
@@ -230,7 +229,7 @@ fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str,
     Ok(())
 }
 
-/// When a plant of the run has stopped, such as a drive that has tripped.
+/// The time at which a plant of the run stopped, such as a drive that tripped.
 fn faults(page: &mut String, home: &dyn Home, record: Option<&Record>) -> Result<()> {
     let Some(record) = record else { return Ok(()) };
     for member in record.members() {
@@ -253,7 +252,7 @@ fn faults(page: &mut String, home: &dyn Home, record: Option<&Record>) -> Result
     Ok(())
 }
 
-/// The step and the disturbance of the figures as the identified plant predicts them, beside what was measured.
+/// The step and the disturbance of the figures as predicted by the identified plant, beside the measured ones.
 fn predicted(
     page: &mut String,
     home: &dyn Home,
@@ -292,7 +291,7 @@ fn predicted(
     Ok(of_step)
 }
 
-/// What was found when recordings were replayed.
+/// The results of replayed recordings.
 fn replays(page: &mut String, replays: &[ReportedReplay], description: &Description) -> Result<()> {
     if replays.is_empty() {
         return Ok(());
@@ -391,7 +390,7 @@ fn compared(page: &mut String, runs: &[(&ReportedRun, Figures)], unit: Option<&s
     Ok(())
 }
 
-/// What the controller was run with: each other member with its settings.
+/// The other members of the run with their settings.
 fn plants(page: &mut String, home: &dyn Home, record: &Record) -> Result<()> {
     for member in record.members().skip(1) {
         let Ok(description) = describe(home, &member.fmu) else { continue };
@@ -488,7 +487,7 @@ fn curves(
         Panel { label: units.into_iter().flatten().next().unwrap_or_default(), curves, ..Panel::default() }
     });
     switches.curves.iter_mut().for_each(|lane| lane.name.push_str(", filled where TRUE"));
-    // What no variable of the controller says, the plant does.
+    // A unit that the controller's variables lack is taken from the plant.
     for (panel, unit) in [(&mut controlled, units[0]), (&mut manipulated, units[1])] {
         if panel.label.is_empty() {
             panel.label = unit.unwrap_or_default().into();
@@ -538,7 +537,7 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
             let set = report.of.settings.iter().find(|setting| setting.name == field.name);
             let value = set.map_or(variable.start, |setting| setting.value);
             let before = report.before.iter().find(|setting| setting.name == field.name).map(|setting| setting.value);
-            // What was not given before had its start value.
+            // A value that was not given had its start value.
             let before = before.or_else(|| has_before.then_some(variable.start));
             let reference = before.unwrap_or(variable.start);
             let source = report.record.and_then(|record| record.source_of_own(&field.name));
@@ -593,10 +592,10 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
     Ok(())
 }
 
-/// The unit of a setting: its own, or that of the loop's value that it is compared with.
+/// The unit of a setting: its own, or that of the loop's value to which it refers.
 fn unit_of<'a>(variable: &'a Variable, roles: &Roles, units: [Option<&'a str>; 2]) -> &'a str {
     let is = |role: Option<&String>| role == Some(&variable.name);
-    // A setpoint that is compared with nothing, such as that of a ramp, has not the unit of the plant.
+    // A setpoint that is not compared with anything, such as that of a ramp, does not have the unit of the plant.
     let is_controlled = roles.process_value.is_some()
         && [&roles.setpoint, &roles.process_value].into_iter().any(|role| is(role.as_ref()));
     let is_manipulated = is(roles.manual.as_ref().map(|(_, value)| value))
@@ -611,7 +610,7 @@ fn unit_of<'a>(variable: &'a Variable, roles: &Roles, units: [Option<&'a str>; 2
     own.filter(|unit| *unit != "1").or(of_loop).or(own).unwrap_or_default()
 }
 
-/// A value with three significant digits; with more if one of the others is another one and has the same three.
+/// A value with three significant digits; with more if a different value would look the same.
 fn brief(value: Value, others: &[Value]) -> String {
     let Value::Number(number) = value else { return shown_alone(value) };
     let is_alike = |other: &Value| *other != value && three(number_of(*other)) == three(number);
@@ -636,7 +635,7 @@ fn shown_alone(value: Value) -> String {
     }
 }
 
-/// What is said of how a value was set.
+/// The words for how a value was set.
 fn told(act: Act) -> &'static str {
     match act {
         Act::Set => "",
@@ -646,7 +645,7 @@ fn told(act: Act) -> &'static str {
     }
 }
 
-/// What was done while it ran.
+/// The events of the run.
 fn events(page: &mut String, record: &Record, runs: &[(&ReportedRun, Figures)]) -> Result<()> {
     let events = record.events();
     writeln!(page, "<h2>What was done</h2>")?;

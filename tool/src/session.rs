@@ -1,7 +1,7 @@
-//! What runs: a loop that is set, stepped and recorded while a user works with it, and the runs before it.
+//! The running loop, which is set, stepped and recorded while a user works with it, and earlier runs.
 //!
-//! A run has the same bits as `plcfmu run` of its [`Setup`] with its [`Done`] events: what is sent is set before the next
-//! call, when the plan of a description would set it.
+//! A run has the same bits as `plcfmu run` of its [`Setup`] with its [`Done`] events: settings take effect before the
+//! next call, as those in a description do.
 
 mod force;
 mod script;
@@ -26,31 +26,31 @@ use std::sync::Arc;
 
 pub use until::Until;
 
-/// The most calls of a request.
+/// The maximum number of calls in a request.
 pub const MOST_CALLS: usize = 100_000;
 
-/// The most calls over which a ramp goes.
+/// The maximum number of calls of a ramp.
 pub const MOST_RAMP: usize = 100_000;
 
-/// The most events of a run.
+/// The maximum number of events of a run.
 pub const MOST_EVENTS: usize = 1_000_000;
 
-/// The most calls of a run that is made while a user types.
+/// The maximum number of calls of a run that is made while a user types.
 pub const MOST_TRIED: usize = 20_000;
 
-/// The most members of a loop.
+/// The maximum number of members of a loop.
 const MOST_MEMBERS: usize = 100;
 
-/// The longest name of a member, in characters.
+/// The maximum length of a member's name, in characters.
 const LONGEST_NAME: usize = 200;
 
-/// The most variables that are recorded of a foreign FMU.
+/// The maximum number of recorded variables of a foreign FMU.
 const MOST_RECORDED: usize = 1000;
 
-/// The most calls of a block in one communication step.
+/// The maximum number of calls of a block in one communication step.
 const MOST_CALLS_OF_STEP: f64 = 1000.0;
 
-/// This many earlier runs are kept.
+/// The number of earlier runs kept.
 const EARLIER: usize = 5;
 
 /// The present run and the earlier ones.
@@ -59,11 +59,11 @@ pub struct Session {
     /// The oldest first.
     earlier: VecDeque<Record>,
     present: Option<Present>,
-    /// How many runs there were.
+    /// The number of runs so far.
     runs: usize,
 }
 
-/// What a run was and what it has recorded.
+/// The setup and the recording of a run.
 #[derive(Clone, Debug)]
 pub struct Record {
     /// The number of the run, from 0.
@@ -73,11 +73,11 @@ pub struct Record {
     start: f64,
     /// The communication step in seconds.
     step: f64,
-    /// All variables that are recorded, of all members that there were.
+    /// All recorded variables of all past and present members.
     columns: Vec<Column>,
     /// The place of each column.
     places: HashMap<String, usize>,
-    /// What was set, in the order of the calls.
+    /// The settings, in the order of the calls.
     done: Vec<Done>,
     exchanges: Vec<Exchanged>,
     trace: Trace,
@@ -87,7 +87,7 @@ pub struct Record {
 /// A variable that was set while the loop ran.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Done {
-    /// Before which call, from 0.
+    /// The index of the call before which it was set, from 0.
     pub call: usize,
     /// The variable, as a column of the record.
     pub column: usize,
@@ -99,10 +99,10 @@ pub struct Done {
     pub act: Act,
 }
 
-/// Members that took the place of others.
+/// Members that replaced others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exchanged {
-    /// Before which call, from 0.
+    /// The index of the call before which they were replaced, from 0.
     pub call: usize,
     /// All members but the first.
     pub members: Vec<message::Member>,
@@ -110,10 +110,10 @@ pub struct Exchanged {
     pub connections: Vec<(String, String)>,
 }
 
-/// A run that can go on.
+/// A run that can continue.
 struct Present {
     record: Record,
-    /// What runs now: after an exchange, not what the record began with.
+    /// The present system: after an exchange, different from that at the start of the record.
     wired: Wired,
     run: Run<Box<dyn Component>>,
     /// The columns of the plan, as columns of the record.
@@ -121,9 +121,9 @@ struct Present {
     /// A row of the record.
     row: Vec<f64>,
     ramps: BTreeMap<usize, Ramp>,
-    /// What is forced, by its column.
+    /// The forced variables, by column.
     forced: BTreeMap<usize, Forced>,
-    /// What to say with the next answer.
+    /// Remarks for the next answer.
     remarks: Vec<String>,
 }
 
@@ -135,14 +135,14 @@ struct Wired {
     plan: Plan,
 }
 
-/// A variable on its way to a value.
+/// A variable that is moving to a value.
 #[derive(Clone, Copy)]
 struct Ramp {
     member: usize,
     assignment: Assignment,
     /// The call of the first event.
     first: usize,
-    /// How many events there are.
+    /// The number of events.
     calls: usize,
     from: f64,
     to: f64,
@@ -154,22 +154,22 @@ impl Record {
         self.number
     }
 
-    /// What the run began with.
+    /// The setup at the start of the run.
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    /// What was set while it ran, in the order of the calls.
+    /// The variables set while it ran, in the order of the calls.
     pub fn done(&self) -> &[Done] {
         &self.done
     }
 
-    /// Which members were exchanged while it ran.
+    /// The members replaced while it ran.
     pub fn exchanges(&self) -> &[Exchanged] {
         &self.exchanges
     }
 
-    /// How many calls were made.
+    /// The number of calls made.
     pub fn calls(&self) -> usize {
         self.trace.calls()
     }
@@ -179,20 +179,19 @@ impl Record {
         self.step
     }
 
-    /// When a call is, in seconds.
+    /// The time of a call, in seconds.
     pub fn time(&self, call: usize) -> f64 {
         plan::time(self.start, self.step, call)
     }
 
-    /// The variables that are recorded, with types and units.
+    /// The recorded variables, with types and units.
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
 
     /// The column of a variable, `MEMBER.VARIABLE`.
     ///
-    /// # Errors
-    /// There is no such variable; a similar one is named.
+    /// # Errors No such variable; the message suggests a similar one.
     pub fn column(&self, variable: &str) -> Result<usize> {
         if let Some(place) = self.places.get(variable) {
             return Ok(*place);
@@ -206,12 +205,12 @@ impl Record {
         &self.trace
     }
 
-    /// What has ended the run.
+    /// The reason why the run has ended.
     pub fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
 
-    /// What was set, as a message.
+    /// The settings, as a message.
     pub fn events(&self) -> Events {
         let event = |done: &Done| Event {
             call: done.call,
@@ -234,13 +233,13 @@ impl Record {
         self.exchanges.last().map_or(&self.setup.connections, |exchange| &exchange.connections)
     }
 
-    /// The output that goes to an input of the first member, at the end.
+    /// The output connected to an input of the first member, at the end.
     pub fn source_of_own(&self, input: &str) -> Option<&str> {
         let name = &self.setup.members.first()?.name;
         self.connections().iter().find(|(_, to)| own_name(to, name) == Some(input)).map(|(from, _)| from.as_str())
     }
 
-    /// The calls from one time to another, both in seconds and inclusive; all without them.
+    /// The calls between two times, both in seconds and inclusive; by default all.
     pub fn calls_between(&self, from: Option<f64>, to: Option<f64>) -> std::ops::Range<usize> {
         let place = |time: f64| (time - self.start) / self.step;
         let first = from.map_or(0, |from| (place(from) - plan::ROUNDING).ceil().max(0.0) as usize);
@@ -251,8 +250,7 @@ impl Record {
 
     /// The curves of variables, thinned out.
     ///
-    /// # Errors
-    /// There is no such variable; fewer than 2 points are asked for.
+    /// # Errors No such variable, or fewer than 2 points requested.
     pub fn view(&self, view: &View) -> Result<Curves> {
         if view.points < 2 {
             bail!("points = {}: a curve needs at least 2", view.points);
@@ -272,7 +270,7 @@ impl Record {
         })
     }
 
-    /// Adds the plan's columns that are new; gives the column of each.
+    /// Adds the plan's new columns; returns the column of each.
     fn admit(&mut self, plan: &Plan) -> Vec<usize> {
         let before = self.columns.len();
         let place = |column: &Column| match self.places.get(&column.name) {
@@ -295,8 +293,7 @@ impl Record {
 impl Session {
     /// Begins a run; the present one is kept as an earlier run.
     ///
-    /// # Errors
-    /// What is wrong with the setup, or which FMU refuses it. The present run goes on then.
+    /// # Errors A problem in the setup, or an FMU refuses it. The present run then continues.
     pub fn start(&mut self, home: &dyn Home, setup: Setup) -> Result<State> {
         let mut present = Present::begin(home, setup)?;
         present.record.number = self.runs;
@@ -314,18 +311,16 @@ impl Session {
         self.present.as_mut().context("nothing runs: start a loop first")
     }
 
-    /// Where the present run is. Remarks are given once.
+    /// The state of the present run. Remarks are returned once.
     ///
-    /// # Errors
-    /// Nothing runs.
+    /// # Errors No run.
     pub fn state(&mut self) -> Result<State> {
         Ok(self.present()?.state())
     }
 
-    /// A run, the present one without a number.
+    /// A run; by default the present one.
     ///
-    /// # Errors
-    /// There is no such run, or it is no longer kept.
+    /// # Errors No such run, or it is no longer kept.
     pub fn record(&self, run: Option<usize>) -> Result<&Record> {
         let present = self.present.as_ref().map(|present| &present.record);
         let Some(run) = run else {
@@ -338,8 +333,7 @@ impl Session {
 
     /// Sets variables before the next call.
     ///
-    /// # Errors
-    /// A variable that there is not, that is connected or fixed, or a value that it does not take. Nothing is set then.
+    /// # Errors An unknown, connected or fixed variable, or a value that it rejects. Nothing is set then.
     pub fn send(&mut self, values: &Values) -> Result<State> {
         self.present()?.send(values)?;
         self.state()
@@ -347,8 +341,7 @@ impl Session {
 
     /// Moves a variable evenly to a value, with an event before each of the next calls.
     ///
-    /// # Errors
-    /// As [`Session::send`]; the variable has no number, or the ramp takes too long.
+    /// # Errors As [`Session::send`]; the variable is not a number, or the ramp takes too long.
     pub fn ramp(&mut self, variable: &str, to: f64, seconds: f64) -> Result<State> {
         self.present()?.ramp(variable, to, seconds)?;
         self.state()
@@ -356,8 +349,7 @@ impl Session {
 
     /// Makes calls.
     ///
-    /// # Errors
-    /// No call or too many; the run has ended. An FMU that fails is no error: [`State::failure`] says so.
+    /// # Errors No call or too many; the run has ended. A failing FMU is not an error: see [`State::failure`].
     pub fn run(&mut self, calls: usize) -> Result<State> {
         Session::check_calls(calls)?;
         self.present()?.run(calls)?;
@@ -371,11 +363,10 @@ impl Session {
         Ok(())
     }
 
-    /// Replaces all members but the first, which goes on.
+    /// Replaces all members but the first, which continues.
     ///
-    /// # Errors
-    /// What is wrong with them; all goes on as before then. If one of them fails when it is initialized, the run has ended and the
-    /// first member is kept.
+    /// # Errors A problem with them; everything then continues as before. If one of them fails during initialization,
+    /// the run has ended and the first member is kept.
     pub fn exchange(
         &mut self,
         home: &dyn Home,
@@ -388,33 +379,30 @@ impl Session {
 
     /// Begins again with the setup of a run, and makes the same calls with the same events.
     ///
-    /// # Errors
-    /// There is no such run; as [`Session::start`].
+    /// # Errors No such run; as [`Session::start`].
     pub fn same_bits(&mut self, home: &dyn Home, run: Option<usize>) -> Result<State> {
         let mut script = Script::new(self.record(run)?);
         if run.is_some() {
-            // What was set after its last call has acted in a later run.
+            // A setting made after the last call took effect in a later run.
             script.events.retain(|event| event.call < script.calls);
         }
         self.play(home, script)
     }
 
-    /// Begins again with the stimuli of a run, and with what is in force: the settings given, by `MEMBER.VARIABLE`, else those at the end
-    /// of that run, and the members and connections at its end.
+    /// Begins again with the stimuli of a run and the settings in force: the given ones, by `MEMBER.VARIABLE`, else
+    /// those at the end of that run, and the members and connections at its end.
     ///
-    /// # Errors
-    /// There is no such run; as [`Session::start`].
+    /// # Errors No such run; as [`Session::start`].
     pub fn same_test(&mut self, home: &dyn Home, run: Option<usize>, values: &Values) -> Result<State> {
         let mut script = Script::new(self.record(run)?);
         script.put_settings(home, values)?;
         self.play(home, script)
     }
 
-    /// The curves of the present run's test with other settings, by `MEMBER.VARIABLE`. The present run goes on undisturbed, and the run that
-    /// is made for it is no run of the list.
+    /// The curves of the present run's test with other settings, by `MEMBER.VARIABLE`. The present run is not affected,
+    /// and the trial run does not enter the list.
     ///
-    /// # Errors
-    /// There is no run, or one of too many calls; as [`Session::same_test`].
+    /// # Errors No run, or one of too many calls; as [`Session::same_test`].
     pub fn tried(&self, home: &dyn Home, values: &Values) -> Result<Session> {
         let mut script = Script::new(self.record(None)?);
         if script.calls > MOST_TRIED {
@@ -426,10 +414,9 @@ impl Session {
         Ok(beside)
     }
 
-    /// Makes the calls of the present run again up to one of them, as no run of the list.
+    /// Repeats the calls of the present run up to one of them, without adding a run to the list.
     ///
-    /// # Errors
-    /// The run has no such call, or too many before it.
+    /// # Errors The run has no such call, or too many before it.
     pub fn again_up_to(&self, home: &dyn Home, call: usize) -> Result<()> {
         let record = self.record(None)?;
         if call >= record.calls() {
@@ -439,7 +426,7 @@ impl Session {
             bail!("call {call} cannot be looked at: the run is made again up to it, {MOST_TRIED} calls at most");
         }
         let mut script = Script { calls: call + 1, ..Script::new(record) };
-        // What was done after that call is not.
+        // Later events are dropped.
         script.events.retain(|event| event.call <= call);
         script.exchanges.retain(|exchange| exchange.call <= call);
         Session::default().play(home, script)?;
@@ -469,17 +456,15 @@ impl Session {
 
     /// The curves of a run.
     ///
-    /// # Errors
-    /// There is no such run or variable.
+    /// # Errors No such run or variable.
     pub fn view(&self, view: &View) -> Result<Curves> {
         self.record(view.run)?.view(view)
     }
 }
 
-/// What all variables of a member are before its first call, by their full names, if it is alone.
+/// The values of all variables of a member, when alone, before its first call, by their full names.
 ///
-/// # Errors
-/// What is wrong with its values, or why it refuses them.
+/// # Errors A problem with its values, or the reason why it refuses them.
 pub fn start_values(home: &dyn Home, member: &message::Member) -> Result<Values> {
     let members = std::slice::from_ref(member);
     let begin = Begin::Later { start: 0.0, step: 1.0 };
@@ -542,7 +527,7 @@ impl Present {
         }
     }
 
-    /// Refuses more events than fit.
+    /// Refuses more events than allowed.
     fn check_room(&self, more: usize) -> Result<()> {
         let coming: usize = self.ramps.values().map(|ramp| ramp.first + ramp.calls - self.run.steps()).sum();
         if self.record.done.len() + coming + more > MOST_EVENTS {
@@ -562,7 +547,7 @@ impl Present {
         Ok(())
     }
 
-    /// Sets a variable before the next call. A ramp of it ends.
+    /// Sets a variable before the next call. Ends a ramp of it.
     fn put(&mut self, member: usize, assignment: Assignment, name: &str) -> Result<()> {
         let (call, column) = (self.run.steps(), self.record.column(name)?);
         self.ramps.remove(&column);
@@ -571,7 +556,8 @@ impl Present {
         Ok(())
     }
 
-    /// Notes an event; of two events of one kind of a variable before one call, one after the other, the later counts.
+    /// Records an event; if two consecutive events of one kind set a variable before the same call, only the later one
+    /// is kept.
     fn note(&mut self, call: usize, column: usize, assignment: Assignment, act: Act) {
         let Assignment { kind, value, .. } = assignment;
         let mut last = self.record.done.iter_mut().rev().take_while(|done| done.call == call);
@@ -603,7 +589,7 @@ impl Present {
         Ok(())
     }
 
-    /// What a variable of the plan has after the last call.
+    /// The value of a variable of the plan after the last call.
     fn present_value(&self, column: usize) -> f64 {
         let place = self.of_plan.iter().position(|of| *of == column);
         place.map_or(f64::NAN, |place| self.run.values(&self.wired.plan)[place])
@@ -766,7 +752,7 @@ impl Wired {
             stop: Some(start + step),
             step: Some(step),
             exchange,
-            // A step of the tool is a call.
+            // Each step of the tool is a call.
             no_events: true,
             ..System::default()
         };
@@ -793,7 +779,8 @@ impl Wired {
         members.iter().map(|member| self.instance(home, member)).collect()
     }
 
-    /// What to set while the loop runs: the member, and a warning if the value is outside the declared range.
+    /// The assignment to make while the loop runs: the member, and a warning if the value is outside the declared
+    /// range.
     fn assignment(&self, name: &str, value: Value) -> Result<(usize, Assignment, Option<String>)> {
         let descriptions: Vec<&Description> = self.descriptions.iter().map(|of| &**of).collect();
         let names = Names::new(&self.system, &descriptions)?;
@@ -810,7 +797,7 @@ impl Wired {
     }
 }
 
-/// A value as the variable takes it.
+/// A value converted to the variable's type.
 ///
 /// # Errors
 /// It is of another type, not finite, or outside the range of the PLC's type.
@@ -826,7 +813,7 @@ fn fitting(table: Option<&Table>, reference: &Reference, name: &str, value: Valu
     Ok(value)
 }
 
-/// A value as a message has it.
+/// A value in the form of a message.
 fn shown(kind: Type, value: f64) -> Value {
     match kind {
         Type::Boolean => Value::Boolean(value != 0.0),
@@ -834,7 +821,7 @@ fn shown(kind: Type, value: f64) -> Value {
     }
 }
 
-/// The time between two calls of a block; a foreign FMU has none.
+/// The time between two calls of a block; `None` for a foreign FMU.
 fn cycle(member: &message::Member, description: &Description, table: Option<&Table>) -> Option<f64> {
     let row = table?.rows.get(table?.cycle)?;
     match member.values.get(&row.name) {
@@ -843,7 +830,7 @@ fn cycle(member: &message::Member, description: &Description, table: Option<&Tab
     }
 }
 
-/// What to record of an FMU: at most this many variables, inputs and outputs first.
+/// The variables of an FMU to record: at most `most`, inputs and outputs first.
 fn recorded(description: &Description, most: usize) -> impl Iterator<Item = &str> {
     let variables = || description.variables.iter().filter(|of| of.kind.is_some());
     let is_terminal = |of: &&modeldescription::Variable| matches!(of.causality, Causality::Input | Causality::Output);
@@ -854,7 +841,7 @@ fn recorded(description: &Description, most: usize) -> impl Iterator<Item = &str
     all.chain(terminals.chain(others).take(most)).map(|of| of.name.as_str())
 }
 
-/// Refuses names of members that cannot be told apart.
+/// Refuses ambiguous names of members.
 fn check_names(members: &[message::Member]) -> Result<()> {
     if members.is_empty() {
         bail!("nothing to run: a loop needs at least one FMU");

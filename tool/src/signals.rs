@@ -1,4 +1,4 @@
-//! The signals of a recorded loop, found by what the first member's variables are in a loop: for figures and identification.
+//! The signals of a recorded loop, found by the roles of the first member's variables: for figures and identification.
 
 use crate::describe::describe;
 use crate::home::Home;
@@ -14,7 +14,7 @@ use run::system::Exchange;
 /// The signals of a loop in the calls that are held exactly.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signals {
-    /// When the calls are, in seconds.
+    /// The times of the calls, in seconds.
     pub times: Vec<f64>,
     /// The setpoint.
     pub setpoint: Vec<f64>,
@@ -24,11 +24,11 @@ pub struct Signals {
     pub manipulated_value: Vec<f64>,
     /// The pulse outputs; may be empty.
     pub pulses: Vec<Vec<bool>>,
-    /// Whether it is in manual mode; empty if it has none.
+    /// Whether it is in manual mode; empty if it has no manual mode.
     pub manual: Vec<bool>,
-    /// What disturbed the loop.
+    /// The disturbances of the loop.
     pub disturbances: Vec<Set>,
-    /// The first call with outputs of a call.
+    /// The first call whose row has the outputs of a call.
     pub first: usize,
     /// Whether earlier calls are no longer held.
     pub is_cut: bool,
@@ -36,15 +36,14 @@ pub struct Signals {
     pub unit: Option<String>,
     /// The unit of the manipulated value.
     pub travel_unit: Option<String>,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 
 impl Signals {
-    /// The signals of a run from one time to another, both in seconds; of all calls without them.
+    /// The signals of a run between two times, both in seconds; by default of all calls.
     ///
-    /// # Errors
-    /// The first member tells no setpoint or no process value.
+    /// # Errors The first member has no known setpoint or process value.
     pub fn new(home: &dyn Home, record: &Record, from: Option<f64>, to: Option<f64>) -> Result<Signals> {
         let controller = record.setup().members.first().context("there is no controller")?;
         let roles = describe(home, &controller.fmu)?.roles;
@@ -91,7 +90,7 @@ impl Signals {
         })
     }
 
-    /// From when to when, in seconds, the controller was in manual mode last while its actuator moved.
+    /// The last period, in seconds, in which the controller was in manual mode while its actuator moved.
     fn last_manual(&self) -> Option<(f64, f64)> {
         let moved = |at: usize| match self.manipulated_value.is_empty() {
             true => self.pulses.iter().any(|pulse| pulse[at]),
@@ -115,7 +114,7 @@ impl Signals {
             times: &self.times,
             setpoint: &self.setpoint,
             process_value: &self.process_value,
-            // The mean of pulses does not travel.
+            // Pulses have a mean, but it has no travel.
             manipulated_value: if self.pulses.is_empty() { &self.manipulated_value } else { &[] },
             pulses: &self.pulses,
             manual: &self.manual,
@@ -127,7 +126,7 @@ impl Signals {
     }
 }
 
-/// How the members of a run are connected at its end.
+/// The connections of a run's members at its end.
 fn wiring<'a>(home: &dyn Home, record: &'a Record, setpoint: String) -> Result<Wiring<'a>> {
     let roles = |member: &Member| -> Result<Option<Roles>> { Ok(Some(describe(home, &member.fmu)?.roles)) };
     Ok(Wiring {
@@ -138,7 +137,7 @@ fn wiring<'a>(home: &dyn Home, record: &'a Record, setpoint: String) -> Result<W
     })
 }
 
-/// What disturbed a run: what was set, and members that took the place of others.
+/// The disturbances of a run: variables set, and members replaced.
 fn disturbances(record: &Record, wiring: &Wiring) -> Vec<Set> {
     let set = |done: &Done| {
         let before =
@@ -156,8 +155,7 @@ fn disturbances(record: &Record, wiring: &Wiring) -> Vec<Set> {
 
 /// The figures of a run.
 ///
-/// # Errors
-/// There is no such run; as [`Signals::new`].
+/// # Errors No such run; as [`Signals::new`].
 pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> Result<Figures> {
     // The last change of the setpoint may be before the window.
     let record = session.record(request.run)?;
@@ -197,15 +195,14 @@ pub fn tried(
 ) -> Result<Tried> {
     let beside = session.tried(home, values)?;
     let curves = beside.view(&View { run: None, ..view })?;
-    // What has no setpoint has curves and no figures.
+    // A loop without a setpoint has curves but no figures.
     let figures = figures(home, &beside, &FiguresRequest { run: None, ..request }).ok();
     Ok(Tried { curves, figures })
 }
 
 /// A plant's model from a step in a run or in a file.
 ///
-/// # Errors
-/// There is no such run, or it says nothing about the plant; what is wrong with the file.
+/// # Errors No such run, or it does not reveal the plant; a problem of the file.
 pub fn identify(home: &dyn Home, session: &Session, request: &identify::IdentifyRequest) -> Result<Identified> {
     let Data::Run { run, from, to } = request.data else { return identify::of_csv(request) };
     let record = session.record(run)?;
@@ -216,7 +213,7 @@ pub fn identify(home: &dyn Home, session: &Session, request: &identify::Identify
     let mut identified = if signals.manipulated_value.is_empty() && !signals.times.is_empty() {
         travel::identify(home, record, &signals, request)?
     } else {
-        // The plant was where its first value is, also in a row of before that.
+        // The plant was at its first value, also in a row before that.
         let first = signals.first.min(signals.process_value.len());
         let (before, given) = signals.process_value.split_at_mut(first);
         before.fill(given.first().copied().unwrap_or(f64::NAN));

@@ -1,5 +1,5 @@
-//! How far a step controller has moved its actuator: its pulses, summed up with the time that the actuator takes from stop to
-//! stop. Stops and backlash are not in it.
+//! The travel of a step controller's actuator: its pulses, summed up with the time that the actuator takes from stop to
+//! stop. Stops and backlash are not included.
 
 use crate::home::Home;
 use crate::session::Record;
@@ -9,15 +9,15 @@ use control::identify::{self, Identified, Recorded};
 use control::tune::Controller;
 use modeldescription::digits::short;
 
-/// What helps where the travel is not known.
+/// The remedy if the travel is unknown.
 const REMEDY: &str = "identify from a CSV file with the position of the actuator";
-/// A pulse moves this part of the whole travel from sample to sample: it looks like a step, also if the controller is called often.
+/// A pulse moves this part of the whole travel from sample to sample, which looks like a step even if the controller is
+/// called often.
 const MOVE: f64 = 0.04;
 
 /// A plant's model, from the travel of the actuator to the process value.
 ///
-/// # Errors
-/// As for [`percent_of_a_call`]; the record says nothing about the plant.
+/// # Errors As for [`percent_of_a_call`], or the record does not reveal the plant.
 pub fn identify(
     home: &dyn Home,
     record: &Record,
@@ -45,10 +45,9 @@ pub fn identify(
     Ok(identified)
 }
 
-/// How far a pulse of one call moves the actuator, in percent of its travel.
+/// The distance that a pulse of one call moves the actuator, in percent of its travel.
 ///
-/// # Errors
-/// The controller is no step controller, or not each of its calls is recorded.
+/// # Errors The controller is not a step controller, or not all of its calls are recorded.
 pub fn percent_of_a_call(home: &dyn Home, record: &Record) -> Result<f64> {
     Motor::new(home, record)?.percent_of_a_call(record)
 }
@@ -99,7 +98,8 @@ fn last(record: &Record, member: &str, setting: &str) -> Result<f64> {
     record.trace().column(column, last..last + 1).next().context("there is no call in the run")
 }
 
-/// How far pulses up and down have moved the actuator, in percent; `percent` is what a pulse of one call moves.
+/// The distance that pulses up and down have moved the actuator, in percent; `percent` is the distance of a pulse of
+/// one call.
 pub fn total(pulses: &[Vec<bool>], percent: f64) -> f64 {
     let calls = |which: usize| pulses[which].iter().filter(|is_on| **is_on).count() as f64;
     percent * (calls(0) - calls(1))
@@ -116,7 +116,7 @@ fn travel(pulses: &[Vec<bool>], percent: f64) -> Vec<f64> {
     pulses[0].iter().zip(&pulses[1]).map(mean).collect()
 }
 
-/// How many calls make one sample.
+/// The number of calls per sample.
 fn stride(travel: &[f64], percent: f64) -> usize {
     let (low, high) = travel.iter().fold((0.0_f64, 0.0_f64), |(low, high), at| (low.min(*at), high.max(*at)));
     ((MOVE * (high - low) / percent).ceil() as usize).max(1)

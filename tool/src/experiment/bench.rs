@@ -20,11 +20,11 @@ pub(super) struct Bench<'a> {
     pub(super) process_value_name: String,
     /// `MEMBER.VARIABLE` of the switch to manual mode.
     switch_name: String,
-    /// Mode, manual value and manual pulses from before.
+    /// The previous mode, manual value and manual pulses.
     was: Values,
-    /// Where the actuator was; with pulses, from where its travel counts.
+    /// The initial position of the actuator; with pulses, the origin of its travel.
     pub(super) output: f64,
-    /// From when on it is held, in seconds.
+    /// The time from which it is held, in seconds.
     pub(super) from: f64,
     /// The calls of a pulse period, in which the controller may take one process value only; 1 without pulses.
     pub(super) every: usize,
@@ -34,9 +34,9 @@ pub(super) struct Bench<'a> {
 enum Drive {
     Value {
         name: String,
-        /// The manual value at which the actuator is where it was.
+        /// The manual value that keeps the actuator at its initial position.
         held: f64,
-        /// By how much it is moved now.
+        /// Its present displacement.
         away: f64,
         /// The limits of the manipulated value, low and high.
         limits: Option<[String; 2]>,
@@ -44,9 +44,9 @@ enum Drive {
     Pulses {
         /// Down and up.
         names: [String; 2],
-        /// What tells that the actuator is at its low or its high stop.
+        /// The variables that indicate the low and the high stop of the actuator.
         stops: [Option<String>; 2],
-        /// By how much a pulse of one call moves it, in percent.
+        /// The travel caused by a pulse of one call, in percent.
         percent: f64,
     },
 }
@@ -102,12 +102,13 @@ impl<'a> Bench<'a> {
             every: 1,
         };
         let record = bench.session.record(None)?;
-        // Where all members act at once, each passes on what it got a call later: before that, a row has values of no call.
+        // Where all members act at once, each passes on its inputs one call later: before that, a row has values of no
+        // call.
         let until_seen = match record.setup().exchange {
             Exchange::Sequential => 1,
             Exchange::Parallel => record.members().count(),
         };
-        // What was set since the last call, such as the manual value, counts.
+        // Settings since the last call, such as the manual value, count too.
         if record.calls() == 0 || record.done().last().is_some_and(|done| done.call == record.calls()) {
             bench.run(until_seen)?;
         }
@@ -118,7 +119,7 @@ impl<'a> Bench<'a> {
         Ok(bench)
     }
 
-    /// The manual value is that at which the output is what it was.
+    /// Finds the manual value that leaves the output unchanged.
     fn hold_value(&mut self, output: &str, until_seen: usize) -> Result<()> {
         // Between two cycles pulses are on or off: the actuator is at their mean.
         let pulses = self.signals(0.0)?;
@@ -137,7 +138,7 @@ impl<'a> Bench<'a> {
             self.every = ((period / self.session.record(None)?.step()).round() as usize).max(1);
             return Ok(());
         }
-        // What the block does to the manual value is a straight line: a factor and an offset.
+        // The block's output is a linear function of the manual value: a factor and an offset.
         let mut tried: Option<(f64, f64)> = None;
         let mut manual = target;
         for _ in 0..3 {
@@ -182,7 +183,8 @@ impl<'a> Bench<'a> {
         self.put(0.0).map(drop)
     }
 
-    /// Whether the actuator can be so far from where it was: the manipulated value is within its limits, or it is not at the stop there.
+    /// Whether the actuator can move this far from its initial position: the manipulated value is within its limits, or
+    /// the actuator is not at that stop.
     pub(super) fn is_within(&mut self, size: f64) -> Result<bool> {
         match &self.drive {
             Drive::Value { limits: None, .. } => Ok(true),
@@ -202,7 +204,7 @@ impl<'a> Bench<'a> {
         matches!(self.drive, Drive::Pulses { .. })
     }
 
-    /// How far the actuator is from where it was.
+    /// The displacement of the actuator from its initial position.
     pub(super) fn away(&self) -> Result<f64> {
         match &self.drive {
             Drive::Value { away, .. } => Ok(*away),
@@ -210,7 +212,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Moves the actuator so far from where it was, and gives the calls that this has taken.
+    /// Moves the actuator this far from its initial position, and returns the number of calls needed.
     pub(super) fn put(&mut self, value: f64) -> Result<usize> {
         let way = value - self.away()?;
         match &mut self.drive {
@@ -234,8 +236,9 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Gives the loop back: the actuator goes to where it was, the plant follows, and mode and manual value are those from before. A plant
-    /// that integrates is driven back to this `level`. Without a level the test has failed, and nothing is waited for.
+    /// Restores the loop: the actuator returns to its initial position, the plant follows, and mode and manual value
+    /// are restored. An integrating plant is driven back to this `level`. Without a level the test has failed, and the
+    /// function does not wait.
     pub(super) fn release(&mut self, level: Option<f64>, is_integrating: bool) -> Result<()> {
         let was_automatic = self.was.get(&self.switch_name) == Some(&Value::Boolean(false));
         let size = self.away()?;
@@ -254,7 +257,7 @@ impl<'a> Bench<'a> {
         self.run(1)
     }
 
-    /// Moves the process value of a plant that integrates back to a level, by the opposite of the last step.
+    /// Moves the process value of an integrating plant back to a level, by the opposite of the last step.
     fn drive_back(&mut self, level: f64, size: f64) -> Result<()> {
         let values = self.process_value()?;
         let off = values.last().map_or(0.0, |last| last - level);
@@ -283,7 +286,7 @@ impl<'a> Bench<'a> {
         state.values.get(name).copied().map(number_of).with_context(|| format!("{name} is not recorded"))
     }
 
-    /// When the next call is, in seconds.
+    /// The time of the next call, in seconds.
     pub(super) fn next_time(&self) -> Result<f64> {
         let record = self.session.record(None)?;
         Ok(record.time(record.calls()))
@@ -307,7 +310,7 @@ impl<'a> Bench<'a> {
         Ok(self.process_value_from(from)?.into_iter().step_by(self.every).collect())
     }
 
-    /// Makes calls until the process value rests, and has done what `is_done` asks for.
+    /// Makes calls until the process value is at rest and meets the condition `is_done`.
     pub(super) fn settle(&mut self, part: f64, is_done: impl Fn(&[f64]) -> bool) -> Result<()> {
         let from = self.next_time()?;
         let first = FIRST * self.every;

@@ -1,29 +1,29 @@
-//! The relay test: where a P action alone would make the loop oscillate.
+//! The relay test: finds the gain and period at which a P action alone would make the loop oscillate.
 //!
-//! A relay finds roughly where that is; a hysteresis against noise and the harmonics of its square wave move it. So square waves of
-//! fixed periods follow: the first harmonics of manipulated and process value give gain and phase of the sampled plant exactly, and between
-//! the periods next to -180 degrees both are interpolated.
+//! A relay finds them approximately; a hysteresis against noise and the harmonics of its square wave shift the result.
+//! So square waves of fixed periods follow: the first harmonics of manipulated and process value yield gain and phase
+//! of the sampled plant exactly, and both are interpolated between the periods next to -180 degrees.
 
 use super::{Bench, FIRST, REST, RelayTest, half, mean, noise};
 use anyhow::{Result, bail, ensure};
 use std::f64::consts::{PI, TAU};
 
-/// How many periods of the relay are waited for.
+/// The number of relay periods to wait for.
 const PERIODS: usize = 3;
-/// How many square waves are tried at most.
+/// The maximum number of square waves tried.
 const WAVES: usize = 8;
-/// Periods of a square wave that pass before it is measured.
+/// The number of periods of a square wave before measurement starts.
 const PASSED: usize = 2;
-/// Periods that are measured at least, and at most where there is noise.
+/// The minimum number of measured periods, and the maximum in the presence of noise.
 const MEASURED: std::ops::RangeInclusive<usize> = 3..=30;
-/// The part of the first harmonic that noise may have.
+/// The allowed fraction of noise in the first harmonic.
 const CLEAR: f64 = 0.01;
-/// The phase is found if it is so near to -180 degrees, in radians.
+/// The phase is found if it is this close to -180 degrees, in radians.
 const NEAR: f64 = 0.05;
-/// A shorter period, in calls, is one of the calls rather than of the plant.
+/// Shorter periods, in calls, are caused by the sampling rather than by the plant.
 const SHORTEST: usize = 4;
 
-/// What the test finds.
+/// The result of the test.
 pub(super) struct Found {
     pub gain: f64,
     pub period: f64,
@@ -39,7 +39,7 @@ struct Response {
     phase: f64,
 }
 
-/// Tests a plant that is held.
+/// Tests a held plant.
 pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     let amplitude = request.amplitude;
     ensure!(!bench.has_pulses(), "a relay switches a manual value, and there are only manual pulses: make a step test");
@@ -69,7 +69,8 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
         let phase = response.phase;
         responses.push(response);
         responses.sort_by_key(|response| response.period);
-        // A longer period has less lag: where the phase passes -180 degrees between two tried periods, or near one.
+        // A longer period has less lag: the next period is where the phase passes -180 degrees between two tried ones,
+        // or near one.
         let next = match responses.iter().position(|response| response.phase > -PI) {
             Some(0) => (period as f64 * (-phase / PI).clamp(0.5, 0.95)).floor() as usize,
             None => (period as f64 * (-phase / PI).clamp(1.05, 2.0)).ceil() as usize,
@@ -85,7 +86,7 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     }
     bench.put(0.0)?;
     let between = responses.iter().position(|response| response.phase > -PI).filter(|at| *at > 0);
-    // Next to -180 degrees the line through two periods goes a little farther.
+    // Next to -180 degrees, extrapolates a little beyond two periods.
     let beyond = || {
         let last = responses.len().checked_sub(1).filter(|last| *last > 0)?;
         let at = if responses[0].phase > -PI { 1 } else { last };
@@ -108,18 +109,18 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     Ok(Found { gain: sign / gain.exp(), period, swing, hysteresis, remarks })
 }
 
-/// The period at which the phase is -180 degrees, between two at which it is below and above that.
+/// The period at which the phase is -180 degrees, between two periods with a phase below and above.
 fn ultimate_period(short: &Response, long: &Response) -> f64 {
     let part = (-PI - short.phase) / (long.phase - short.phase);
     short.period as f64 * (long.period as f64 / short.period as f64).powf(part)
 }
 
-/// Lets a relay oscillate: the amplitude of the process value, the sign of the plant's gain, the amplitude of the manipulated value, and the
-/// period in calls.
+/// Lets a relay oscillate; returns the amplitude of the process value, the sign of the plant's gain, the amplitude of
+/// the manipulated value, and the period in calls.
 fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> Result<(f64, f64, f64, usize)> {
     let mut is_up = true;
     bench.put(amplitude)?;
-    // The sign of the plant's gain: which way the first step moves it.
+    // The sign of the plant's gain: the direction of the response to the first step.
     let (mut sign, mut rises, mut waited, mut before) = (0.0, Vec::new(), 0, 0.0);
     let mut from = bench.next_time()?;
     while rises.len() <= PERIODS {
@@ -127,7 +128,7 @@ fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> 
         waited += 1;
         bench.check_patience(waited, "the process value does not swing: choose a larger amplitude")?;
         let off = bench.value(&bench.process_value_name.clone())? - level;
-        // Twice in a row: noise goes beyond four times its deviation once in some thousand calls.
+        // Twice in a row: noise exceeds four times its deviation once in some thousand calls.
         if sign == 0.0 && off.abs().min(before * off.signum()) > hysteresis + 1e-9 {
             sign = off.signum();
         }
@@ -148,7 +149,7 @@ fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> 
     Ok((half(&recorded.process_value), sign, half(&recorded.manipulated_value), rises[PERIODS] - rises[PERIODS - 1]))
 }
 
-/// Drives the plant with a square wave of a period in calls, and measures what passes it.
+/// Drives the plant with a square wave of a period in calls, and measures its response.
 fn wave(bench: &mut Bench, amplitude: f64, period: usize, noise: f64, sign: f64) -> Result<Response> {
     let drive = |bench: &mut Bench, periods: usize| -> Result<()> {
         for _ in 0..periods {

@@ -8,27 +8,26 @@ use modeldescription::digits;
 use parameters::{Loop, Origin};
 use std::fmt::{self, Write};
 
-/// Comments in the page between which the section of a preset goes.
+/// Comments in the page that enclose the section of a preset.
 pub const PRESET: (&str, &str) = ("<!-- preset -->", "<!-- end of preset -->");
 
-/// Comments around what the page says of recorded results.
+/// Comments that enclose the page's text on recorded results.
 pub const RECORDING: (&str, &str) = ("<!-- recorded -->", "<!-- end of recorded -->");
 
-/// Comments around what the page says of the FMU's C.
+/// Comments that enclose the page's text on the FMU's C source.
 pub const SOURCE: (&str, &str) = ("<!-- source -->", "<!-- end of source -->");
 
-/// The page of a preset called `name`, made of the page of its block or of another preset of it. `library` is the GUID of the
-/// block's own FMU.
+/// The page of a preset called `name`, derived from the page of its block or of another preset of it. `library` is the
+/// GUID of the block's own FMU.
 ///
-/// # Errors
-/// The page has no place for it.
+/// # Errors The page has no place for the section.
 pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Result<String> {
     let section = section(name, library, values)?;
     let page = replaced(page, PRESET, &section)?;
     let page =
         replaced(&page, RECORDING, "Recorded with the start values of the block, not with those of this preset.")?;
     if !page.contains(SOURCE.0) {
-        // It was packed before FMUs had C.
+        // It was packed before FMUs contained C sources.
         return Ok(page);
     }
     replaced(&page, SOURCE, "This preset has no C source; that of the block has the block's own start values.")
@@ -68,7 +67,7 @@ fn section(name: &str, library: &str, values: &Loop) -> Result<String, fmt::Erro
     Ok(html)
 }
 
-/// The page with another text between two marks.
+/// The page with new text between two marks.
 fn replaced(page: &str, (begin, end): (&str, &str), text: &str) -> anyhow::Result<String> {
     let parts = || {
         let (before, rest) = page.split_once(begin)?;
@@ -82,7 +81,7 @@ fn shown(member: &Row, value: Value) -> String {
     digits::number(member.kind, number(value))
 }
 
-/// Where a value comes from, with the name of the file, not the folders that lead to it.
+/// The origin of a value, with the file name but without its folders.
 fn origin(origin: &Origin) -> String {
     let name = |file: &String| file.rsplit(['/', '\\']).next().unwrap_or(file).to_string();
     let mut origin = origin.clone();

@@ -1,32 +1,32 @@
-//! Which operands decided what a program wrote in a call, for the page.
+//! The operands that decided a program's assignments in a call, for the page.
 
 use program::Program;
 use scl::watch::{CodeBlock, Influence, Logic};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// What decided a statement that gives a variable its value.
+/// The decisions behind an assignment.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Decisions {
-    /// About the value; one that is no truth value has none.
+    /// On the value; `None` if it is not a truth value.
     pub value: Option<Decision>,
-    /// About the conditions under which it runs, in their order.
+    /// On the conditions under which it runs, in order.
     pub guards: Vec<Option<Decision>>,
 }
 
-/// What decided a truth value.
+/// The operands that decided a truth value.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Decision {
-    /// It; nothing if it was not calculated in this call.
+    /// The value; `None` if it was not calculated in this call.
     pub truth: Option<bool>,
-    /// What each variable that it reads had to do with it: `decided`, `shared` (a reason, but not alone), `idle`.
+    /// The part of each operand in the decision: `decided`, `shared` (a reason, but not alone), `idle`.
     #[cfg_attr(test, ts(type = "(\"decided\" | \"shared\" | \"idle\")[]"))]
     pub parts: Vec<String>,
-    /// What each was when it was calculated; what is no Boolean has none.
+    /// The values of the operands when they were calculated; `None` for one that is not a Boolean.
     pub values: Vec<Option<bool>>,
-    /// The numbers of the truth values that are a reason, as those of wires.
+    /// The numbers of the deciding truth values, as for wires.
     pub wires: Vec<u32>,
 }
 
@@ -35,7 +35,7 @@ pub fn decisions(program: &Program, blocks: &[CodeBlock], block: &str, path: &st
     let Some(of) = blocks.iter().find(|of| of.name.eq_ignore_ascii_case(block)) else { return Vec::new() };
     let mut noted: HashMap<u32, Option<bool>> = HashMap::new();
     for (wire, truth) in program.wires(block, path) {
-        // What was calculated twice, with two results, is not known.
+        // A value calculated twice, with different results, is unknown.
         noted.entry(wire).and_modify(|kept| *kept = kept.filter(|kept| *kept == truth)).or_insert(Some(truth));
     }
     let value = |wire: u32| noted.get(&wire).copied().flatten();

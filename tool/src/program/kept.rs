@@ -1,4 +1,4 @@
-//! The programs that a page has opened, as FMUs of the catalogue beside those of the home.
+//! The programs opened by a page, as FMUs of the catalogue beside those of the home.
 
 use super::Kept;
 use crate::home::Home;
@@ -22,11 +22,11 @@ use std::sync::Arc;
 /// At most this many warnings of a run are kept.
 const MOST_WARNINGS: usize = 200;
 
-/// A home with the programs that were opened in it.
+/// A home with the programs opened in it.
 pub struct Programs<H> {
     home: H,
     kept: RefCell<Vec<Arc<Kept>>>,
-    /// The program that was started last under each name of a member.
+    /// The program started last under each member name.
     running: RefCell<BTreeMap<String, Rc<RefCell<Running>>>>,
 }
 
@@ -46,8 +46,8 @@ impl<H: Home> Programs<H> {
         Programs { home, kept: RefCell::default(), running: RefCell::default() }
     }
 
-    /// Takes a program into the catalogue under the name that `make` gets, and gives that name. A program that is there already
-    /// keeps its own; one that has changed gets another, so that the runs of the earlier one can be repeated.
+    /// Adds a program to the catalogue under the name passed to `make`, and returns that name. A known program keeps
+    /// its name; a changed one gets a new name, so that runs of the earlier one can be repeated.
     pub(super) fn admit(
         &self,
         loaded: Loaded,
@@ -82,7 +82,7 @@ impl<H: Home> Programs<H> {
         Ok(look(running.instance.block(), &running.warnings, &running.blocks))
     }
 
-    /// Runs something beside the present run, whose programs are those that are watched afterwards.
+    /// Runs something beside the present run without changing which programs are watched.
     pub(crate) fn beside<T>(&self, run: impl FnOnce() -> T) -> T {
         let present = self.running.borrow().clone();
         let done = run();

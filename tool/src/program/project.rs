@@ -1,4 +1,4 @@
-//! The files of a project that the page has opened, as a program.
+//! The files of a project opened by the page, as a program.
 
 use crate::message::SourceFile;
 use anyhow::{Context, Error, Result, anyhow, ensure};
@@ -13,16 +13,15 @@ use parameters::tags::{self, Tags};
 use program::project::{Kind, Parts, kind, parts};
 use std::collections::BTreeMap;
 
-/// The largest files, in bytes, all together.
+/// The maximum total size of the files, in bytes.
 const LARGEST: usize = 16 << 20;
 
-/// What stands between the name of a workbook and that of a part of it, which the page has unpacked.
+/// The separator between the name of a workbook and that of one of its parts, which the page has unpacked.
 const WORKBOOK: &str = ".xlsx/";
 
-/// The sources and the tag tables among files. What belongs to no program is left out.
+/// The sources and the tag tables among files. Ignores files that do not belong to a program.
 ///
-/// # Errors
-/// A file is not Base64, or they are too large; what is wrong with a tag table.
+/// # Errors A file is not Base64, they are too large, or a tag table is faulty.
 pub fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
     let size: usize = files.iter().map(|of| of.content.len() / 4 * 3).sum();
     ensure!(
@@ -61,7 +60,7 @@ pub fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
     parts(manifest, sources, tables).map_err(Error::msg)
 }
 
-/// The tags of a workbook; one of other things has none.
+/// The tags of a workbook; `None` if it contains something else.
 fn workbook(mut parts: BTreeMap<&str, Vec<u8>>) -> Result<Option<Tags>, String> {
     let mut part = |path: &str| {
         let bytes = parts.remove(path);

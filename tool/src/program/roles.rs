@@ -1,5 +1,5 @@
-//! What the variables of a program are in a loop, as far as its calls of controllers tell: what is passed for the process value
-//! of a controller is the process value of the program.
+//! The roles of a program's variables in a loop, as far as its calls of controllers reveal them: the variable passed as
+//! the process value of a controller is the process value of the program.
 
 use super::Instance;
 use crate::home::Home;
@@ -28,7 +28,7 @@ fn roles(home: &dyn Home, table: &Table, blocks: &[CodeBlock], parts: &[Instance
     })
 }
 
-/// The roles of a block's parameters, of the variables that are passed for them.
+/// The roles of a block's parameters, transferred to the variables passed for them.
 fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
     let passed = |formal: &Option<String>, is: fn(Role) -> bool| {
         let formal = formal.as_ref()?;
@@ -47,7 +47,7 @@ fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
     let switch = switch.and_then(|name| table.rows.iter().find(|row| row.name.eq_ignore_ascii_case(&name)));
     let process_value = passed(&of_native.process_value, |role| role == Role::Input);
     Roles {
-        // A ramp or a choice of setpoints is often between the program's setpoint and the controller's.
+        // Between the program's setpoint and the controller's there is often a ramp or a selection of setpoints.
         setpoint: settable(&of_native.setpoint).or_else(|| named_setpoint(table)),
         shown_process_value: process_value.clone(),
         process_value,
@@ -58,7 +58,7 @@ fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
     }
 }
 
-/// The first number to be set whose name says that it is a setpoint.
+/// The first settable number whose name suggests a setpoint.
 fn named_setpoint(table: &Table) -> Option<String> {
     let is_setpoint = |name: &str| {
         let small = name.to_ascii_lowercase();

@@ -1,4 +1,4 @@
-//! The metrics of the run, beside the step and the disturbance that they belong to.
+//! The metrics of the run, with the step and the disturbance to which they belong.
 
 use super::{Report, shown_alone, three, with_unit};
 use crate::message::{Figure, Figures};
@@ -12,7 +12,8 @@ use run::dialog::Roles;
 use run::system::{Value, own_name};
 use std::fmt::Write;
 
-/// The metrics of the last step and of the last disturbance of a controller, which is this FMU, with what they belong to.
+/// The metrics of the last step and of the last disturbance of the controller with this FMU, and the events to which
+/// they belong.
 pub(super) fn told(page: &mut String, report: &Report, fmu: &str, roles: &Roles) -> Result<()> {
     let Some(figures) = report.figures else { return Ok(()) };
     let step = figures.step.as_ref().map_or_else(String::new, |step| {
@@ -58,7 +59,8 @@ fn list<'a>(page: &mut String, figures: impl Iterator<Item = &'a Figure>) -> Res
     Ok(())
 }
 
-/// What counts as settled or recovered, as a sentence: ` Settled: the process value stays within ±0.4 K of the setpoint, 2 % of the step.`
+/// The criterion for settled or recovered, as a sentence: ` Settled: the process value stays within ±0.4 K of the
+/// setpoint, 2 % of the step.`
 fn band(word: &str, of: &str, happened: &Happened, figures: &Figures, unit: Option<&str>) -> Option<String> {
     let own = figures.figures.iter().find(|figure| figure.key == "peak").and_then(|figure| figure.unit.clone());
     let unit = own.or_else(|| Unit::ProcessValue.text(unit, None));
@@ -69,7 +71,7 @@ fn band(word: &str, of: &str, happened: &Happened, figures: &Figures, unit: Opti
     ))
 }
 
-/// What disturbed the loop: `TANK.DRAIN from 100 to 80 % at 600 s`, and until when its metrics count.
+/// The disturbance of the loop: `TANK.DRAIN from 100 to 80 % at 600 s`, and the end of its window.
 pub(super) fn disturbed_by(record: Option<&Record>, happened: &Happened) -> String {
     let told = |set: &Set| {
         let column = record.and_then(|record| Some(&record.columns()[record.column(&set.variable).ok()?]));
@@ -88,7 +90,7 @@ pub(super) fn disturbed_by(record: Option<&Record>, happened: &Happened) -> Stri
     format!("{}, until {} s", by.join(", "), short(happened.start + happened.duration))
 }
 
-/// The settings of a controller, which is this FMU, that were changed after a time.
+/// The settings of the controller with this FMU that were changed after a time.
 fn changed_after(record: &Record, time: f64, fmu: &str, roles: &Roles) -> Vec<String> {
     let Some(member) = record.setup().members.iter().find(|member| member.fmu == fmu) else { return Vec::new() };
     let own = |variable: &str| -> Option<String> {

@@ -1,4 +1,4 @@
-//! The rules that were compared, as the table of the page, and the step before and after one of them was applied.
+//! The compared rules as a table, and the step before and after one of them was applied.
 
 use super::{Report, Tuning, step, three, with_unit};
 use crate::home::Home;
@@ -16,12 +16,12 @@ use run::fmus::{Member, Values, number_of};
 use run::system::{Exchange, Value};
 use std::fmt::Write;
 
-/// What a cell without a value shows.
+/// The content of an empty cell.
 const NONE: &str = "\u{2013}";
-/// The step is drawn for so many times the longer settling time.
+/// The step is drawn for this many times the longer settling time.
 const LONGER: f64 = 1.5;
 
-/// The metrics of the table: what they are called, and what [`Tuned::absent`] calls them.
+/// The metrics of the table: their titles, and their names in [`Tuned::absent`].
 const METRICS: [(&str, &str); 9] = [
     ("Ms", "sensitivity"),
     ("overshoot", "overshoot"),
@@ -42,7 +42,7 @@ const IN_WORDS: [&str; 7] =
 pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description: &Description) -> Result<()> {
     let tuned: Vec<&Tuned> = of.rows.iter().filter_map(|row| row.tuned.as_ref()).collect();
     let Some(first) = tuned.first() else { return Ok(()) };
-    // What no rule sets, such as TD of PI, takes no room.
+    // Settings that no rule computes, such as TD for PI, get no column.
     let is_set = |name: &&String| tuned.iter().any(|one| matches!(one.values.get(*name), Some(Value::Number(_))));
     let settings: Vec<&String> = description.roles.controller.iter().filter(is_set).collect();
     let [deviation, iae] = [Unit::ProcessValue, Unit::ProcessValueSeconds]
@@ -111,7 +111,7 @@ pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description
     Ok(())
 }
 
-/// For what the numbers of the table are.
+/// The conditions for the numbers in the table.
 fn about(first: &Tuned, report: &Report, deviation: &str) -> String {
     let unit = units::shown(report.units[0].unwrap_or_default());
     let step = match first.predicted.setpoint.as_slice() {
@@ -149,7 +149,7 @@ fn metrics_of(tuned: &Tuned) -> [Option<f64>; 9] {
     ]
 }
 
-/// Why metrics are missing: each reason with the metrics and the rules that it explains.
+/// The reasons for missing metrics, each with the metrics and the rules concerned.
 fn missing(rows: &[RuleOutcome]) -> Vec<(&str, Vec<&str>, Vec<&str>)> {
     let mut all: Vec<(&str, Vec<&str>, Vec<&str>)> = Vec::new();
     for (name, absent) in rows.iter().filter_map(|row| Some((&*row.name, &row.tuned.as_ref()?.absent))) {
@@ -182,8 +182,7 @@ fn best(applied: &RuleOutcome, rows: &[RuleOutcome]) -> Vec<&'static str> {
 
 /// The step with the settings before and after a rule was applied, as the model predicts them, in one picture.
 ///
-/// # Errors
-/// Why the block cannot be simulated with the model.
+/// # Errors The reason why the block cannot be simulated with the model.
 pub(super) fn before_and_after(
     page: &mut String,
     home: &dyn Home,
@@ -255,7 +254,7 @@ fn drawn(report: &Report, description: &Description, of: &[Forecast], names: [St
     let pick = |values: &[f64]| calls.iter().map(|call| values[*call]).collect::<Vec<f64>>();
     let [_, process_value, manipulated_value] = description.roles.signals();
     let own = |name: Option<&String>, else_: &str| name.map_or_else(|| else_.to_string(), Clone::clone);
-    // What was before is dashed.
+    // The previous curve is dashed.
     let colors = [Colors::free(false, &Colors::OF_ROLES), Colors::OF_ROLES[1]];
     let curves = |name: &str, values: fn(&Forecast) -> &[f64], colors: [usize; 2]| -> Vec<Curve> {
         let both = of.iter().zip(&names).zip(colors).enumerate();

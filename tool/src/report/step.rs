@@ -22,31 +22,31 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// A step that takes a smaller part of the run is drawn alone, too.
+/// A step that covers a smaller part of the run is also drawn separately.
 const SMALL: f64 = 0.5;
 
-/// The metrics by which a prediction is judged, and how far the run may be off: a part of the larger of both, for the overshoot in percent
-/// of the step.
+/// The metrics by which a prediction is judged, and the allowed deviation of the run: a fraction of the larger of both;
+/// for the overshoot, in percent of the step.
 const JUDGED: [(&str, f64); 5] =
     [("rise", AGREES), ("overshoot", 2.0), ("settling", AGREES), ("iae", AGREES), ("travel", AGREES)];
 const AGREES: f64 = 0.1;
 
-/// This part of a step's time is shown of what was before it.
+/// The time shown before a step, as a fraction of the step's time.
 const BEFORE: f64 = 0.05;
 
-/// A step as it was measured, and as the identified model predicts it.
+/// A measured step, and its prediction by the identified model.
 pub(super) struct Predicted {
     /// When the step began, in seconds.
     pub(super) start: f64,
     pub(super) forecast: Forecast,
-    /// The controller's settings that were in force and had an effect, as a list.
+    /// The controller's settings in force that have an effect, as a list.
     settings: String,
 }
 
-/// Predicts the last step of the setpoint with the settings that were in force in it. None if there is no such step in automatic mode.
+/// Predicts the last step of the setpoint with the settings in force at that time. `None` if there is no such step in
+/// automatic mode.
 ///
-/// # Errors
-/// Why the block cannot be simulated with the model.
+/// # Errors The reason why the block cannot be simulated with the model.
 pub(super) fn predicted(
     home: &dyn Fmus,
     record: &Record,
@@ -82,12 +82,12 @@ pub(super) fn predicted(
     Ok(Some(Predicted { start: step.start, forecast, settings: settings.join(", ") }))
 }
 
-/// The manipulated value in a call; of pulses it is the mean over the last period.
+/// The manipulated value in a call; for pulses, the mean over the last period.
 fn manipulated(record: &Record, controller: &Controller, column: usize, call: usize) -> f64 {
     record.trace().means(column, &[call], controller.period_in_calls(record.step()))[0]
 }
 
-/// A controller with the settings that were in force in a call.
+/// A controller with its settings in force in a call.
 fn in_force(home: &dyn Fmus, record: &Record, own: &Member, call: usize) -> Result<(Controller, Values)> {
     let mut controller = Controller::new(home, own)?;
     let mut values = own.values.clone();
@@ -104,7 +104,7 @@ fn in_force(home: &dyn Fmus, record: &Record, own: &Member, call: usize) -> Resu
     Ok((controller, values))
 }
 
-/// What is predicted of a step with the settings of a controller; no rule is asked.
+/// The request to predict a step with the settings of a controller, without a rule.
 pub(super) fn request(controller: &Controller, tuning: &Tuning, step: Step, exchange: Exchange) -> TuneRequest {
     TuneRequest {
         model: tuning.model,
@@ -120,19 +120,18 @@ pub(super) fn request(controller: &Controller, tuning: &Tuning, step: Step, exch
     }
 }
 
-/// A disturbance as the identified plant predicts it.
+/// A disturbance as predicted by the identified plant.
 pub(super) struct Disturbance {
-    /// The load at the plant's input that it amounts to, in the unit of the manipulated value.
+    /// The equivalent load at the plant's input, in the unit of the manipulated value.
     load: f64,
     /// Its figures by their keys.
     figures: Vec<(&'static str, f64)>,
 }
 
-/// Predicts the last disturbance of a run with the settings that were in force: as a load at the plant's input. Its size is that of the
-/// controller's own disturbance, or what the manipulated value has made up for.
+/// Predicts the last disturbance of a run with the settings in force at that time, as a load at the plant's input. Its
+/// size is that of the controller's own disturbance, or the compensating change of the manipulated value.
 ///
-/// # Errors
-/// Why it cannot be predicted.
+/// # Errors The reason why it cannot be predicted.
 pub(super) fn disturbance(
     home: &dyn Fmus,
     record: &Record,
@@ -194,16 +193,16 @@ pub(super) fn disturbance_side_by_side(
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Forecasted {
-    /// The controller's settings that were in force and had an effect, as a list.
+    /// The controller's settings in force that have an effect, as a list.
     pub settings: String,
     /// Its figures by their keys, of the same step over the same time as those of the run.
     pub figures: BTreeMap<String, f64>,
-    /// Whether the run does what was predicted, in a sentence or two.
+    /// Whether the run agrees with the prediction, in a sentence or two.
     pub verdict: String,
 }
 
-/// The last step of the setpoint in a run as the identified plant predicts it with the settings that were in force. None if it was no
-/// step from rest in automatic mode.
+/// The last step of the setpoint in a run as predicted by the identified plant with the settings in force at that time.
+/// `None` if it was not a step from rest in automatic mode.
 ///
 /// # Errors
 /// The run has no controller or no figures, or the block cannot be simulated with the model.
@@ -226,7 +225,7 @@ pub(crate) fn forecast(
     }))
 }
 
-/// Whether a run does what was predicted: which metrics are off, by how much.
+/// Whether a run agrees with the prediction: the metrics that deviate, and by how much.
 fn verdict(predicted: &[(&'static str, f64)], run: &Figures) -> String {
     let off = |(key, allowed): &(&str, f64)| {
         let (_, predicted) = predicted.iter().find(|(name, _)| name == key)?;
@@ -313,7 +312,8 @@ pub(super) fn beside(
     Ok(())
 }
 
-/// The part of the run with the step, with a little of what was before it: if that is a small part, or if something is to be drawn beside it.
+/// The part of the run with the step, and a short time before it; `None` if the step covers most of the run and no
+/// prediction is drawn beside it.
 pub(super) fn part(record: &Record, figures: &Figures, is_predicted: bool) -> Option<(f64, f64)> {
     let (from, to) = (figures.from, figures.to);
     let run = record.time(record.calls().checked_sub(1)?) - record.time(0);

@@ -1,4 +1,5 @@
-//! Where the settings of a report come from: the plant's model, the rule, and the margins of what it gave and of what is in force.
+//! The origin of a report's settings: the plant's model, the rule, and the margins of its result and of the settings in
+//! force.
 
 use super::{Report, Tuning, shown, three, with_unit};
 use crate::home::Home;
@@ -13,10 +14,9 @@ use run::fmus::{Member, Values, number_of};
 use run::system::Value;
 use std::fmt::Write;
 
-/// The plant's model, the rule and the margins; and of a controller, which is this FMU, what is in force instead.
+/// The plant's model, the rule and the margins; and the differing settings in force of the controller with this FMU.
 ///
-/// # Errors
-/// There is no such FMU.
+/// # Errors No such FMU.
 pub(super) fn told(
     page: &mut String,
     home: &dyn Home,
@@ -25,7 +25,7 @@ pub(super) fn told(
     (fmu, description): (&str, &Description),
 ) -> Result<()> {
     let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = of.model;
-    // Of a step controller the travel of the actuator counts.
+    // For a step controller, the travel of the actuator counts.
     let travel = report.units[1].or((!description.roles.pulses.is_empty()).then_some("%"));
     let [process_value, manipulated_value] = [report.units[0], travel].map(|unit| units::shown(unit.unwrap_or("1")));
     let of_gain = match (process_value.as_ref(), manipulated_value.as_ref(), is_integrating) {
@@ -75,7 +75,7 @@ pub(super) fn told(
     Ok(())
 }
 
-/// The settings of the controller that are others than those of the rule, with the margins that they have.
+/// The settings of the controller that differ from those of the rule, with their margins.
 fn in_force(
     page: &mut String,
     home: &dyn Home,
@@ -121,7 +121,7 @@ fn in_force(
     }
 }
 
-/// Ms, gain margin and phase margin, as far as they are there, with their units.
+/// Ms, gain margin and phase margin, as far as they exist, with their units.
 fn margins(of: [Option<f64>; 3]) -> Vec<(&'static str, String, &'static str)> {
     let names = [("Ms", ""), ("gain margin", ""), ("phase margin", "\u{b0}")];
     names.into_iter().zip(of).filter_map(|((name, unit), value)| Some((name, three(value?), unit))).collect()

@@ -1,4 +1,4 @@
-//! The page's types of the messages, `tool/web/src/messages.d.ts`, made of the Rust types.
+//! The page's types of the messages, `tool/web/src/messages.d.ts`, generated from the Rust types.
 
 use super::{Request, each_answer};
 use run::system::Value;
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::{env, fs};
 use ts_rs::{Config, TS, TypeVisitor};
 
-/// What the file consists of.
+/// The contents of the file.
 pub(super) struct Types {
     config: Config,
     declarations: BTreeMap<String, String>,

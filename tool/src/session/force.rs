@@ -1,4 +1,4 @@
-//! Variables that are written whatever they are: once, or for every call.
+//! Variables of any kind that are written: once, or for every call.
 
 use super::{Present, Session, Wired, fitting, shown};
 use crate::message::{Act, Event, State, Values};
@@ -18,17 +18,16 @@ pub(super) struct Forced {
 }
 
 impl Forced {
-    /// Its value as a message has it.
+    /// Its value in the form of a message.
     pub(super) fn shown(&self) -> Value {
         shown(self.assignment.kind, self.assignment.value)
     }
 }
 
 impl Session {
-    /// Writes variables whatever they are.
+    /// Writes variables of any kind.
     ///
-    /// # Errors
-    /// A variable that there is not, one of an FMU, a connected input that is written once, a value that it does not take.
+    /// # Errors An unknown variable, one of an FMU, a connected input to be written once, or a value that it rejects.
     pub fn force(&mut self, act: Act, values: &Values) -> Result<State> {
         let present = self.present()?;
         present.is_running()?;
@@ -43,7 +42,7 @@ impl Session {
 }
 
 impl Present {
-    /// Does again what was done in another run.
+    /// Repeats an event of another run.
     pub(super) fn act(&mut self, event: &Event) -> Result<()> {
         let Event { variable, value, act, .. } = event;
         if *act == Act::Set {
@@ -61,7 +60,7 @@ impl Present {
             Act::Write if self.forced.contains_key(&column) => bail!("{name} is forced: release it first"),
             Act::Write => Force::Once(of.assignment.value),
             Act::Force => Force::Always(of.assignment.value),
-            // Released twice is released.
+            // Releasing a released variable has no effect.
             Act::Release if !self.forced.contains_key(&column) => return Ok(()),
             Act::Release => Force::Release,
         };
@@ -75,7 +74,7 @@ impl Present {
         Ok(())
     }
 
-    /// A connected input that is forced has that value, and not the one that its connection gives.
+    /// A connected input that is forced has that value instead of the connected output's.
     pub(super) fn show_forced(&mut self) {
         for (column, of) in &self.forced {
             self.row[*column] = of.assignment.value;

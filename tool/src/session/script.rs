@@ -1,4 +1,4 @@
-//! What was done in a run, to be done again.
+//! The events of a run, to be repeated.
 
 use super::{Exchanged, Record};
 use crate::describe::describe;
@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use run::system::own_name;
 use std::collections::HashSet;
 
-/// What was done in a run, to be done again.
+/// The events of a run, to be repeated.
 pub(super) struct Script {
     pub(super) setup: Setup,
     pub(super) calls: usize,
@@ -22,8 +22,8 @@ impl Script {
         Script { setup, calls, events, exchanges: record.exchanges.clone() }
     }
 
-    /// Keeps of the events the stimuli alone. What was set besides counts from the beginning on, unless `values` has another value; so
-    /// does a plant that took the place of another.
+    /// Keeps only the stimuli among the events. Other settings apply from the beginning on, unless `values` contains
+    /// another value; so does a plant that replaced another.
     pub(super) fn put_settings(&mut self, home: &dyn Home, values: &Values) -> Result<()> {
         if let Some(last) = self.exchanges.pop() {
             self.exchanges.clear();
@@ -52,12 +52,12 @@ impl Script {
         };
         let mut in_force = Values::new();
         self.events.retain(|event| {
-            // What was forced is a part of the test, as long as what it was forced in is there.
+            // Forced variables are part of the test, as long as their members exist.
             let keeps = match event.act {
                 Act::Set => is_stimulus(&event.variable),
                 _ => return names(&event.variable, &all).is_some(),
             };
-            // What a plant was told that is gone is not told the next one.
+            // Settings of a removed plant do not apply to the next one.
             if !keeps && names(&event.variable, &all).is_some() {
                 in_force.insert(event.variable.clone(), event.value);
             }
@@ -75,7 +75,7 @@ impl Script {
     }
 }
 
-/// What a member is tried with.
+/// The stimuli of a member.
 fn stimuli(home: &dyn Home, member: &message::Member) -> Result<HashSet<String>> {
     let variables = describe(home, &member.fmu)?.variables;
     Ok(variables.into_iter().filter(|of| of.is_stimulus).map(|of| of.name).collect())

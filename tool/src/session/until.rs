@@ -12,18 +12,17 @@ use serde::{Deserialize, Serialize};
 pub struct Until {
     /// `MEMBER.VARIABLE`
     pub variable: String,
-    /// How it is compared: `=`, `<>`, `>`, `>=`, `<`, `<=`.
+    /// The comparison: `=`, `<>`, `>`, `>=`, `<`, `<=`.
     #[cfg_attr(test, ts(type = "\"=\" | \"<>\" | \">\" | \">=\" | \"<\" | \"<=\""))]
     pub sign: String,
-    /// With what; TRUE is 1.
+    /// The value to compare with; TRUE is 1.
     pub value: f64,
 }
 
 impl Session {
-    /// Makes calls, at most as many, up to the one in which the condition begins to hold.
+    /// Makes at most this many calls, up to the one in which the condition becomes true.
     ///
-    /// # Errors
-    /// There is no run, or it has failed; there are too many calls; the condition names no variable of the run.
+    /// # Errors No run, or it has failed; too many calls; the condition names an unknown variable.
     pub fn run_until(&mut self, calls: usize, until: Option<&Until>) -> Result<State> {
         let Some(until) = until else { return self.run(calls) };
         Session::check_calls(calls)?;

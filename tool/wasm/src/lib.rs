@@ -1,10 +1,11 @@
-//! The engine as WebAssembly: [`home`] has the blocks and plants of this repository linked in, and three functions take a
-//! request and give the answer.
+//! The engine as WebAssembly: [`home`] links the blocks and plants of this repository, and three functions take a
+//! request and return the answer.
 //!
-//! The page calls [`room`] with the length of the request in bytes, writes it to the memory at the address that it gets (JSON,
-//! UTF-8), calls [`message`], which gives the length of the answer, and reads that at [`answer`]. Nothing is imported.
+//! The page calls [`room`] with the length of the request in bytes, writes the request (JSON, UTF-8) to the returned
+//! address, calls [`message`], which returns the length of the answer, and reads the answer at the address returned by
+//! [`answer`]. Nothing is imported.
 
-// The exported functions are found by their names; there is no other unsafe code here.
+// The exported functions are found by name; this is the only unsafe code here.
 #![cfg_attr(target_family = "wasm", allow(unsafe_code))]
 
 pub mod home;
@@ -24,7 +25,7 @@ thread_local! {
         RefCell::new(Page { engine: Engine::new(Linked::new()), request: Vec::new(), answer: String::new() });
 }
 
-/// Makes room for a request of `length` bytes and gives its address.
+/// Makes room for a request of `length` bytes and returns its address.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn room(length: usize) -> usize {
     PAGE.with_borrow_mut(|page| {
@@ -34,7 +35,7 @@ pub extern "C" fn room(length: usize) -> usize {
     })
 }
 
-/// Answers the request and gives the length of the answer in bytes.
+/// Answers the request and returns the length of the answer in bytes.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn message() -> usize {
     PAGE.with_borrow_mut(|page| {

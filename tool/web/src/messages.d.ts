@@ -6,13 +6,13 @@ export type Values = Record<string, Value>;
 /** How a variable is set. */
 export type Act = "set" | "write" | "force" | "release";
 
-/** What can be assumed of a name that no source declares. */
+/** A possible assumption about an undeclared name. */
 export type Assumption = {
 /** The name. */
 name: string,
-/** What it is taken for, in a sentence. */
+/** The assumption, in a sentence. */
 what: string,
-/** Where it is used first: the source, and the line in it. */
+/** The place of its first use: the source, and the line in it. */
 place: [string, number] | null,
 /** Its declaration in SCL. */
 text: string, };
@@ -40,9 +40,9 @@ instance: string,
 /** The arguments. */
 arguments: Array<Passed>, };
 
-/** What there is to choose from. */
+/** The available FMUs, loops and formats. */
 export type Catalogue = {
-/** The FMUs, in the order in which they are shown. */
+/** The FMUs, in display order. */
 fmus: Array<Entry>,
 /** Loops that are known to work: examples for connections and settings. */
 loops: Array<KnownLoop>,
@@ -81,13 +81,13 @@ export type Characteristics = {
 /** One for each characteristic of the table that sweeps another variable or shows others. */
 sweeps: Array<Sweep>, };
 
-/** What a block does with settings. */
+/** The check of a block's settings. */
 export type Checked = {
 /** Sentences, with the settings that they name. */
 remarks: Array<Remark>,
-/** The settings that have no effect with the others as they are, by name. */
+/** The settings without effect in combination with the others, by name. */
 unused: Array<string>,
-/** The values as the PLC's types hold them, where they differ from what was given. */
+/** The values as held by the PLC's types, where they differ from the given ones. */
 rounded: Values, };
 
 /** A block with code. */
@@ -137,31 +137,31 @@ recorded: Array<number>,
 /** The values computed by the block. */
 computed: Array<number>, };
 
-/** What has become of sources. */
+/** The result of a translation. */
 export type Compiled = {
-/** The name in the catalogue by which the program runs; it has none if it was refused. */
+/** The name in the catalogue under which the program runs; `None` if it was refused. */
 fmu: string | null,
-/** What is run. */
+/** The block that runs. */
 block: string,
-/** What is wrong, or what the author should know, in the order of the sources. */
+/** Errors, and warnings for the author, in the order of the sources. */
 problems: Array<Finding>,
-/** The blocks of which one has to be chosen, if it is not clear which is run. */
+/** The blocks to choose from, if the block to run is ambiguous. */
 candidates: Array<string>,
 /** The time between two calls in seconds. */
 cycle: number,
-/** Why it is that. */
+/** The origin of the cycle. */
 cycle_from: string,
 /** The texts of the sources. */
 sources: Array<SourceText>,
 /** The blocks with code, in the order of the sources. */
 blocks: Array<CodeBlock>,
-/** Where data blocks and tags are declared: the name, which of the sources, from 0, and the line. */
+/** The declarations of data blocks and tags: the name, the index of the source, and the line. */
 declared: Array<[string, number, number]>,
 /** The instances of blocks; first the program itself, whose path is empty. */
 parts: Array<Instance>,
-/** What the files of a project hold, and what they lack: rows of a table. A single source has none. */
+/** A summary of the project's files and of missing parts: rows of a table. Empty for a single source. */
 survey: Array<[string, string]>,
-/** What can be assumed of the names that no source declares; the program is refused without it. */
+/** Possible assumptions about undeclared names; without them, the program is refused. */
 assumptions: Array<Assumption>, };
 
 /** The conclusion from a recording about a block. */
@@ -178,16 +178,16 @@ times: Array<number>,
 values: (number | null)[][],
 /** Their units. */
 units: Array<string | null>,
-/** Whether every call is there. */
+/** Whether every call is included. */
 is_exact: boolean, };
 
 /** Where the step is recorded. */
 export type Data = { "run": {
-/** The run; the present one without it. */
+/** The run; by default the present one. */
 run?: number | null,
 /** The beginning in seconds; shortly before the last step of the manipulated value without it. */
 from?: number | null,
-/** The end in seconds; the last call without it. */
+/** The end in seconds; by default the last call. */
 to?: number | null, } } | { "csv": {
 /** The text. */
 text: string,
@@ -202,41 +202,41 @@ from?: number | null,
 /** The end. */
 to?: number | null, } };
 
-/** What decided a truth value. */
+/** The operands that decided a truth value. */
 export type Decision = {
-/** It; nothing if it was not calculated in this call. */
+/** The value; `None` if it was not calculated in this call. */
 truth: boolean | null,
-/** What each variable that it reads had to do with it: `decided`, `shared` (a reason, but not alone), `idle`. */
+/** The part of each operand in the decision: `decided`, `shared` (a reason, but not alone), `idle`. */
 parts: ("decided" | "shared" | "idle")[],
-/** What each was when it was calculated; what is no Boolean has none. */
+/** The values of the operands when they were calculated; `None` for one that is not a Boolean. */
 values: Array<boolean | null>,
-/** The numbers of the truth values that are a reason, as those of wires. */
+/** The numbers of the deciding truth values, as for wires. */
 wires: Array<number>, };
 
-/** What decided a statement that gives a variable its value. */
+/** The decisions behind an assignment. */
 export type Decisions = {
-/** About the value; one that is no truth value has none. */
+/** On the value; `None` if it is not a truth value. */
 value: Decision | null,
-/** About the conditions under which it runs, in their order. */
+/** On the conditions under which it runs, in order. */
 guards: Array<Decision | null>, };
 
-/** An FMU as a dialog shows it. */
+/** An FMU as displayed by a dialog. */
 export type Description = {
 /** Its name in the catalogue. */
 name: string,
 /** The name of its block, by which parameter files know it. */
 block: string,
-/** What it does, in one sentence. */
+/** A summary in one sentence. */
 summary: string,
 /** The other names by which a PLC project may call the block. */
 aliases: Array<string>,
-/** What it is in a loop. */
+/** Its role in a loop. */
 part: LoopRole,
-/** The variable that holds the time between two calls; a foreign FMU has none. */
+/** The variable that holds the time between two calls; `None` for a foreign FMU. */
 cycle: string | null,
 /** Its variables, in the order of the table. */
 variables: Array<Variable>,
-/** What its variables are in a loop. */
+/** The roles of its variables in a loop. */
 roles: Roles,
 /** Its settings in groups, in the order of the dialog. */
 groups: Array<Group>, };
@@ -261,94 +261,94 @@ outputs: Array<Output>, };
 
 /** An FMU of the catalogue. */
 export type Entry = {
-/** Its name, by which all other requests name it. */
+/** Its name, used in all other requests. */
 name: string,
-/** What it does, in one sentence. */
+/** A summary in one sentence. */
 summary: string,
-/** What it is in a loop. */
+/** Its role in a loop. */
 part: LoopRole,
-/** Whether it is a foreign FMU: native code of somebody else. */
+/** Whether it is a foreign FMU: third-party native code. */
 is_foreign: boolean, };
 
 /** A value that was set while the loop ran. */
 export type Event = {
-/** Before which call, from 0. */
+/** The index of the call before which it was set, from 0. */
 call: number,
-/** When that call is, in seconds. */
+/** The time of that call, in seconds. */
 time: number,
 /** `MEMBER.VARIABLE` */
 variable: string,
-/** The value; of what was released, the one that it had. */
+/** The value; for a release, the previous forced value. */
 value: Value,
 /** How it was set. */
 act?: Act, };
 
-/** What a run began with, and what was done in it, in the order of time. */
+/** The setup of a run, and its events in chronological order. */
 export type Events = {
-/** What the run began with. */
+/** The setup at the start of the run. */
 setup: Setup,
-/** What was done. */
+/** The events. */
 events: Array<Event>,
-/** How many calls the run has made. */
+/** The number of calls made by the run. */
 calls: number, };
 
 /** When values go from output to input. */
 export type Exchange = "sequential" | "parallel";
 
-/** What to take away. */
+/** The file to export. */
 export type Export = { "what": "parameters",
-/** `awl`, `scl`, `db`, `xml`, `json`, `ssv`: the ending of the file. */
+/** `awl`, `scl`, `db`, `xml`, `json`, `ssv`: the extension of the file. */
 format: string,
 /** The loops with their values. */
 loops: Array<Loop>,
-/** What they were made of, for a comment. */
+/** The origin of the values, for a comment. */
 origin: string,
 /**
- * Whether the stimuli are in the file as they are: setpoint, manual value and the like. Without it they have the value of
- * the file that they come from, else the block's start value.
+ * Whether the file contains the present stimuli: setpoint, manual value and the like. By default they have the
+ * value of their original file, or the block's start value.
  */
 stimuli: boolean, } | { "what": "source",
-/** The file, as it was opened. */
+/** The file as it was opened. */
 file: ReadFile,
-/** The loops of the file that have other values. */
+/** The loops of the file with changed values. */
 loops: Array<Loop>,
 /** As for a new parameter file. */
 stimuli: boolean, } | { "what": "description",
-/** The run; the present one without it. */
+/** The run; by default the present one. */
 run?: number | null, } | { "what": "csv",
-/** The run; the present one without it. */
+/** The run; by default the present one. */
 run?: number | null,
-/** The variables, by `MEMBER.VARIABLE`; all without it. */
+/** The variables, by `MEMBER.VARIABLE`; by default all. */
 variables: Array<string>,
 /**
- * Whether also what a replay of the run needs: mode, setpoint and process value of the controller, and all that was set
- * or changed in the run.
+ * Whether the file also contains the data that a replay of the run needs: mode, setpoint and process value of
+ * the controller, and all variables set or changed in the run.
  */
 inputs: boolean, } | { "what": "report",
 /** The loop with its values. */
 of: Loop,
 /** The values before, to compare with; may be empty. */
 before: Array<LoopValue>,
-/** The run; the present one without it. */
+/** The run; by default the present one. */
 run?: number | null,
-/** A picture of the curves, an `<svg>` or a `data:` URL of a PNG; drawn by the engine without it. */
+/** A picture of the curves, an `<svg>` or a `data:` URL of a PNG; by default drawn by the engine. */
 picture?: string | null,
-/** When it is made, as it is to stand there. */
+/** The date of the report, as displayed. */
 date?: string | null,
-/** Where the settings come from. */
+/** The origin of the settings. */
 tuning?: Tuning | null,
-/** The runs of the same step that are compared, the earliest first. */
+/** The compared runs of the same step, the earliest first. */
 runs: Array<ReportedRun>,
-/** The replays of a recording, one after the other. */
+/** The replays of a recording, in order. */
 replays: Array<ReportedReplay>,
-/** The unit of the process value, where no variable says it. */
+/** The unit of the process value, if its variable has none. */
 unit?: string | null,
-/** The unit of the manipulated value, where no variable says it. */
+/** The unit of the manipulated value, if its variable has none. */
 travel_unit?: string | null, } | { "what": "preset",
 /** The loop with its values. */
 of: Loop, };
 
-/** A file to take away. */
+/** An exported file. */
 export type Exported = {
 /** Its name. */
 file: string,
@@ -372,63 +372,63 @@ export type Figure = {
 key: string,
 /** Its title, `Settling time`. */
 title: string,
-/** What it is, in a few words. */
+/** A short description. */
 meaning: string,
-/** Its value; it is absent if the remarks say why. */
+/** Its value; `None` if the remarks give the reason. */
 value: number | null,
 /** Its unit. */
 unit: string | null, };
 
-/** The figures of a run, those that its signals allow. */
+/** The figures of a run, as far as its signals permit. */
 export type Figures = {
-/** From where on, in seconds. */
+/** The beginning of their window, in seconds. */
 from: number,
-/** Up to where, in seconds. */
+/** The end of their window, in seconds. */
 to: number,
-/** The step that they belong to: two runs with the same step over the same time can be compared. */
+/** The step to which they belong: two runs with the same step over the same time can be compared. */
 step: Happened | null,
-/** The disturbance that those of a disturbance belong to. */
+/** The disturbance to which the figures of a disturbance belong. */
 disturbance: Happened | null,
-/** The figures, in the order in which they are shown. */
+/** The figures, in display order. */
 figures: Array<Figure>,
-/** Which figures are absent, and why. */
+/** The missing figures, and the reasons. */
 remarks: Array<string>, };
 
-/** Of which part of which run. */
+/** The run, and the part of it to evaluate. */
 export type FiguresRequest = {
-/** The run; the present one without it. */
+/** The run; by default the present one. */
 run?: number | null,
-/** The beginning in seconds; that of the last step without it. */
+/** The beginning in seconds; by default that of the last step. */
 from?: number | null,
 /** The end in seconds; without it and without a beginning, that of the last step's window. */
 to?: number | null,
-/** The unit of the process value, where its variable has none. */
+/** The unit of the process value, if its variable has none. */
 unit?: string | null,
-/** The unit of the manipulated value, where its variable has none. */
+/** The unit of the manipulated value, if its variable has none. */
 travel_unit?: string | null, };
 
-/** Something about a place of a source. */
+/** A message on a place in a source. */
 export type Finding = {
-/** The source's name; empty if it is about all of them. */
+/** The source's name; empty if it concerns all of them. */
 file: string,
 /** The line and the column, from 1. */
 place: [number, number] | null,
-/** How many characters it is about, in its first line. */
+/** The number of characters concerned, in its first line. */
 length: number,
-/** What is wrong. */
+/** The problem. */
 message: string,
-/** What to do. */
+/** The remedy. */
 help: string | null,
-/** Whether there is no program because of it. */
+/** Whether it is an error, which prevents the program from running. */
 is_error: boolean, };
 
 /** A step that the identified plant predicts. */
 export type Forecasted = {
-/** The controller's settings that were in force and had an effect, as a list. */
+/** The controller's settings in force that have an effect, as a list. */
 settings: string,
 /** Its figures by their keys, of the same step over the same time as those of the run. */
 figures: { [key in string]: number },
-/** Whether the run does what was predicted, in a sentence or two. */
+/** Whether the run agrees with the prediction, in a sentence or two. */
 verdict: string, };
 
 /** The source of an input pin: an operand, the output pin of another element, or else the power rail. */
@@ -532,11 +532,11 @@ title: string,
 about: string,
 /** Its members and connections. */
 setup: Setup,
-/** How long it runs in its description, in seconds. */
+/** The length of its run in the description, in seconds. */
 stop: number | null,
-/** What is set meanwhile: the time in seconds, `MEMBER.VARIABLE`, and the value. */
+/** The settings made during the run: the time in seconds, `MEMBER.VARIABLE`, and the value. */
 events: Array<[number, string, Value]>,
-/** The members that are programs: their FMUs have to be made of their sources. */
+/** The members that are programs: their FMUs have to be built from their sources. */
 programs: Array<MadeOf>, };
 
 /** The loop after a load step at the plant's input. */
@@ -559,15 +559,15 @@ band: number, };
 export type Loop = {
 /** Its name. */
 name: string,
-/** What its author calls it. */
+/** Its title in the file. */
 title: string | null,
-/** Its block; one of the catalogue has this name. */
+/** Its block, the name of one in the catalogue. */
 block: string,
 /** The time between two calls. */
 cycle: number | null,
 /** Its values. */
 settings: Array<LoopValue>,
-/** What the block will do with them where a user may not expect it, and values out of range. */
+/** Effects of the settings that a user may not expect, and values out of range. */
 warnings: Array<string>, };
 
 /** The role of an FMU in a loop. */
@@ -579,27 +579,27 @@ export type LoopValue = {
 name: string,
 /** Its value. */
 value: Value,
-/** Where the value comes from, `plant.awl:12:8`; without it, it is the block's start value. */
+/** The origin of the value, `plant.awl:12:8`; `None` for the block's start value. */
 origin: string | null,
-/** The value of the file, where that is another one by now. */
+/** The value in the file, if it differs by now. */
 file: Value | null, };
 
 /** The loops of a file. */
 export type Loops = {
-/** The loops, in the order of the file; none if something is wrong with it. */
+/** The loops, in the order of the file; empty if the file is faulty. */
 loops: Array<Loop>,
-/** What is wrong, or what the user should know. */
+/** Problems, and remarks for the user. */
 problems: Array<Problem>,
 /** Whether the file could not be used. */
 is_refused: boolean, };
 
-/** A member that is a program. */
+/** A member that is a PLC program. */
 export type MadeOf = {
 /** The member. */
 member: string,
 /** The names of its sources, without folders. */
 sources: Array<string>,
-/** How it is made of them. The sources themselves are missing. */
+/** How it is built from them. The sources themselves are missing. */
 program: Program, };
 
 /** An FMU in a loop. */
@@ -634,19 +634,19 @@ dead_time: number,
 /** Whether the plant integrates. */
 is_integrating: boolean, };
 
-/** What a program did in its last call, beside the values of its variables, which are in the state of the run. */
+/** The activity of a program in its last call, beside the values of its variables, which are in the state of the run. */
 export type Monitored = {
-/** The temporaries of what is run, at the end of the call. */
+/** The temporaries of the block that runs, at the end of the call. */
 temps: Values,
 /** Its STRINGs and WSTRINGs at the end of the call; a run has numbers only. */
 texts: { [key in string]: string },
-/** The lines that were run: which of the sources, from 0, and the line. */
+/** The executed lines: the index of the source, from 0, and the line. */
 lines: Array<[number, number]>,
-/** What the program has warned of since it was started, with file and line. */
+/** The program's warnings since its start, with file and line. */
 warnings: Array<string>,
-/** The truth values in the networks of the block that was asked for, by their numbers. What was not calculated is missing. */
+/** The truth values in the networks of the requested block, by number. Those that were not calculated are missing. */
 wires: Array<[number, boolean]>,
-/** What decided in each of the blocks that were asked for: a row for each of its writes. */
+/** The decisions in each of the requested blocks: a row for each of its writes. */
 decided: Array<Array<Decisions>>, };
 
 /** A setting that changes during a recording: the comparison uses the recorded values instead of the loop's. */
@@ -686,11 +686,11 @@ has_rail: boolean,
 /** Its elements, each after those it needs. */
 elements: Array<Element>, };
 
-/** An input that needs a connection, until something goes to it. */
+/** An input that needs a connection. */
 export type Open = {
 /** The input, `MEMBER.VARIABLE`. */
 input: string,
-/** What is missing, a sentence. */
+/** A sentence on what is missing. */
 text: string, };
 
 /** An open loop with its margins. A margin that is infinite is absent. */
@@ -701,7 +701,7 @@ amplitude: Array<number>,
 phase: Array<number>,
 /** Ms, the largest sensitivity; absent if the loop is unstable. */
 sensitivity: number | null,
-/** How much more gain the loop takes, as a factor. */
+/** The gain margin, as a factor. */
 gain_margin: number | null,
 /** In degrees. */
 phase_margin: number | null,
@@ -762,40 +762,40 @@ travel: number | null,
 /** The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same rest. */
 load: Load | null, };
 
-/** What a preset has in place of the original's files. */
+/** The files of a preset that replace the original's. */
 export type Preset = {
 /** Its name, which is an identifier. */
 name: string,
 /** Its GUID. */
 guid: string,
-/** The files that are new or differ, by path. */
+/** The new and the changed files, by path. */
 files: { [key in string]: string },
-/** The files that it does not have. A folder ends with `/`. */
+/** The paths of the omitted files. A folder ends with `/`. */
 left_out: Array<string>,
 /** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
-/** A preset of an FMU that the page has opened. */
+/** A preset of an FMU opened by the page. */
 export type PresetRequest = {
 /** The loop with its values. */
 of: Loop,
-/** The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, as far as it has them. */
+/** The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, as far as they exist. */
 files: { [key in string]: string }, };
 
-/** Something about a place of a file. */
+/** A problem or a remark at a place in a file. */
 export type Problem = {
 /** The line and the column, from 1, if it has a place. */
 place: [number, number] | null,
-/** What is wrong. */
+/** The problem. */
 message: string,
-/** What to do. */
+/** The remedy. */
 help: string | null,
-/** The user must choose the block that the file has the parameters of. */
+/** The user must choose the block whose parameters the file contains. */
 asks_for_block: boolean, };
 
 /**
- * The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`; without a cycle, it is what the
- * sources propose.
+ * The sources of a program, and how it is built from them. The defaults are those of `plcfmu build`; the default cycle
+ * is proposed by the sources.
  */
 export type Program = {
 /** The sources. */
@@ -807,7 +807,7 @@ name?: string | null,
  * needs one.
  */
 cycle?: number | null,
-/** What is run: a block, or the data block with its instance; by default the block that no other block uses. */
+/** The block to run, or the data block with its instance; by default the block that no other block uses. */
 run?: string | null,
 /** The CPU, `300`, `1200` or `1500`; by default that of the sources' dialect. */
 cpu?: string | null,
@@ -826,19 +826,19 @@ constants: Array<[string, string]>, };
 
 /** How a controller and a plant are connected. */
 export type Proposal = {
-/** The connections that are proposed. */
+/** The proposed connections. */
 connections: Array<Wire>,
-/** All others that are possible. */
+/** All other possible connections. */
 others: Array<Wire>,
 /** Settings that go with the proposed connections, by `MEMBER.VARIABLE`. */
 values: Values,
-/** The communication step that goes with them; the controller's cycle without it. */
+/** The communication step that goes with them; by default the controller's cycle. */
 step: number | null,
-/** When values go from output to input, in the known loop that this is taken from. */
+/** When values go from output to input, in the known loop on which the proposal is based. */
 exchange: Exchange,
-/** Inputs that need a connection and have none. */
+/** Unconnected inputs that need a connection. */
 open: Array<Open>,
-/** What else the user should know, a sentence each. */
+/** Further remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
 /** How a three-step pulse former makes up for heating and cooling of different strength. */
@@ -863,38 +863,41 @@ export type ReadFile = {
 file: string,
 /** Its bytes, Base64. */
 content: string,
-/** The block, where the file does not say it. */
+/** The block, if the file does not specify it. */
 block?: string | null,
-/** The loop's name, where the file does not say it. */
+/** The loop's name, if the file does not specify it. */
 name?: string | null, };
 
 /** A relay instead of the controller. */
 export type RelayTest = {
-/** By how much the manipulated value goes up and down, in its unit. */
+/** The amplitude of the manipulated value, in its unit. */
 amplitude: number,
-/** How far the process value has to go before the relay switches; by the noise without it. */
+/** The deviation of the process value at which the relay switches; by default derived from the noise. */
 hysteresis?: number | null, };
 
-/** What a relay test gives. */
+/** The result of a relay test. */
 export type RelayTested = {
-/** Where the run is now: after the test, with mode, manual value and setpoint from before it. */
+/** The state of the run after the test, with the previous mode, manual value and setpoint. */
 state: State,
-/** From when on the plant was held, in seconds. */
+/** The time from which the plant was held, in seconds. */
 from: number,
 /** Ultimate gain and period in seconds, as the rule of Ziegler and Nichols takes them. */
 ultimate: [number, number],
 /** The amplitude of the process value while the relay switches. */
 swing: number,
-/** How far the process value had to go before the relay switched, in its unit. */
+/** The deviation of the process value at which the relay switched, in its unit. */
 hysteresis: number,
-/** An integrator with dead time that has this ultimate gain and period: a relay tells a plant at one frequency only. */
+/**
+ * An integrator with dead time that has this ultimate gain and period: a relay identifies a plant at only one
+ * frequency.
+ */
 model: Model,
 /** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
 /** A sentence about settings. */
 export type Remark = {
-/** The variables that it is about. */
+/** The variables concerned. */
 variables: Array<string>,
 /** The sentence. */
 text: string,
@@ -918,7 +921,7 @@ try_suspects: boolean, };
 export type Replayed = {
 /** Which column is which variable of the block. */
 columns: Array<[string, string]>,
-/** How many calls were made. */
+/** The number of calls made. */
 calls: number,
 /** One for each output that the file has. */
 outputs: Array<Compared>,
@@ -949,23 +952,23 @@ file: string,
 values: Values,
 /** The conclusion, in a sentence. */
 verdict: string,
-/** What else is to be said of it, a sentence each. */
+/** Further remarks on it, a sentence each. */
 remarks: Array<string>,
-/** The settings that the recording has otherwise than the loop had. */
+/** The settings in which the recording differed from the loop. */
 settings: Array<Change>, };
 
-/** A run that is compared with others. */
+/** A run compared with others. */
 export type ReportedRun = {
 /** Its number in the session. */
 run: number,
-/** What the user calls it. */
+/** The user's name for it. */
 name: string,
-/** Its settings that other runs had otherwise, as they were at its end. */
+/** Its settings that differ from those of other runs, at its end. */
 values: Values,
-/** Those that were changed while it ran, as they were at its beginning. */
+/** Its settings that changed during the run, at its beginning. */
 begun: Values, };
 
-/** What the page asks for. */
+/** A request of the page. */
 export type Request = { "do": "catalogue" } | { "do": "describe",
 /** The FMU's name in the catalogue. */
 fmu: string, } | { "do": "read" } & ReadFile | { "do": "described",
@@ -975,11 +978,11 @@ file: string,
 text: string, } | { "do": "compile" } & Program | { "do": "monitor",
 /** Its name in the loop. */
 member: string,
-/** The call, from 0; the last one without it. For an earlier one the run is made again up to it. */
+/** The call, from 0; by default the last one. For an earlier one, the run is repeated up to it. */
 call?: number | null,
-/** The block whose networks are looked at, and the path of its instance; a function has an empty one. */
+/** The block whose networks are displayed, and the path of its instance; empty for a function. */
 networks?: [string, string] | null,
-/** The blocks of which it is asked what decided, each with the path of its instance. */
+/** The blocks whose decisions are requested, each with the path of its instance. */
 why?: Array<[string, string]> | null, } | { "do": "check",
 /** The FMU's name in the catalogue. */
 fmu: string,
@@ -993,40 +996,40 @@ plant: Member, } | { "do": "start" } & Setup | { "do": "state" } | { "do": "send
 values: Values, } | { "do": "force",
 /** `write`, `force` or `release`; `set` is what [`Request::Send`] does. */
 act: Act,
-/** The values, by `MEMBER.VARIABLE`. Those of a release do not count. */
+/** The values, by `MEMBER.VARIABLE`; ignored for a release. */
 values: Values, } | { "do": "ramp",
 /** `MEMBER.VARIABLE` */
 variable: string,
 /** The last value. */
 to: number,
-/** How long it takes. */
+/** The duration. */
 seconds: number, } | { "do": "run",
-/** How many, one at least. */
+/** The number, at least one. */
 calls: number,
-/** A condition: the call in which it begins to hold is the last one. */
+/** A condition: the call in which it becomes true is the last one. */
 until?: Until | null, } | { "do": "settle" } & Settle | { "do": "rest_at" } & RestAt | { "do": "exchange",
 /** The new members. */
 members: Array<Member>,
 /** All connections. */
 connections: Array<[string, string]>, } | { "do": "view" } & View | { "do": "events",
-/** The run; the present one without it. */
+/** The run; by default the present one. */
 run?: number | null, } | { "do": "same_bits",
-/** The run that is repeated; the present one without it. */
+/** The run to repeat; by default the present one. */
 run?: number | null, } | { "do": "same_test",
-/** The run whose test it is; the present one without it. */
+/** The run whose test is repeated; by default the present one. */
 run?: number | null,
 /**
- * The settings in force, by `MEMBER.VARIABLE`; those that are left out have the value that they have at the end of
- * that run. Stimuli are ignored.
+ * The settings in force, by `MEMBER.VARIABLE`; others have their value at the end of that run. Stimuli are
+ * ignored.
  */
 values: Values, } | { "do": "try",
 /** The settings, by `MEMBER.VARIABLE`; stimuli are ignored. */
 values: Values,
-/** What is drawn; its `run` is ignored. */
+/** The curves to draw; its `run` is ignored. */
 view: View,
-/** Of which part the figures are, and their units; its `run` is ignored. */
+/** The window and the units of the figures; its `run` is ignored. */
 figures: FiguresRequest, } | { "do": "figures" } & FiguresRequest | { "do": "forecast",
-/** The run; the present one without it. */
+/** The run; by default the present one. */
 run?: number | null,
 /** The plant. */
 tuning: Tuning, } | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "in_force" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
@@ -1107,21 +1110,24 @@ before: number | null, };
 
 /** A run until the loop rests. */
 export type Settle = {
-/** How many calls at most, one at least. */
+/** The maximum number of calls, at least one. */
 calls: number,
-/** From when on it is watched, in seconds: when the user has started it. */
+/** The time from which it is watched, in seconds: when the user started it. */
 from: number, };
 
-/** What a run until the loop rests gives. */
+/** The result of a run until the loop is at rest. */
 export type Settled = {
-/** Where the run is now. */
+/** The state of the run. */
 state: State,
-/** Whether the loop rests. */
+/** Whether the loop is at rest. */
 is_at_rest: boolean,
-/** Whether it swings evenly instead, and would go on so. If neither, all calls were made, or the run has failed. */
+/**
+ * Whether it oscillates steadily instead, and would continue to. If neither, all calls were made, or the run has
+ * failed.
+ */
 swings: boolean, };
 
-/** What to run: a controller first, then its plant and what else there is. */
+/** The setup of a run: a controller first, then its plant and further members. */
 export type Setup = {
 /** The FMUs, in the order in which they are stepped. */
 members: Array<Member>,
@@ -1157,13 +1163,13 @@ file: string,
 /** Its text. */
 text: string, };
 
-/** Where the run is. */
+/** The state of a run. */
 export type State = {
 /** The number of the run, from 0. */
 run: number,
-/** How many calls have been made. */
+/** The number of calls made. */
 calls: number,
-/** When the last call was, in seconds; 0 before the first. */
+/** The time of the last call, in seconds; 0 before the first. */
 time: number,
 /** The communication step in seconds. */
 step: number,
@@ -1171,13 +1177,13 @@ step: number,
 values: Values,
 /** The values after the last call, where members act in parallel: the outputs in its row are those of the call before. */
 after: Values | null,
-/** What is forced, by `MEMBER.VARIABLE`. */
+/** The forced values, by `MEMBER.VARIABLE`. */
 forced: Values,
-/** What has ended the run: which FMU failed, and its messages. */
+/** The reason why the run has ended: which FMU failed, and its messages. */
 failure: string | null,
-/** Whether the last calls ended because the condition that they were made with began to hold. */
+/** Whether the last calls ended because their condition became true. */
 is_met: boolean,
-/** What the FMUs and the plan say since the last answer, a sentence each. */
+/** Remarks of the FMUs and the plan since the last answer, a sentence each. */
 remarks: Array<string>, };
 
 /** A step of the setpoint. */
@@ -1195,24 +1201,24 @@ manual?: number | null, };
 /** A step of the manual value. */
 export type StepTest = {
 /**
- * By how much the manipulated value steps, in its unit; below 0 for down. Where that leads beyond one of its limits and the other
- * direction does not, it steps in the other one.
+ * The step of the manipulated value, in its unit; below 0 for down. If it exceeds a limit and the opposite step
+ * does not, the direction is reversed.
  */
 size: number,
-/** How the model is found. */
+/** The method of identification. */
 method: Method,
 /** Whether the plant integrates. */
 is_integrating: boolean, };
 
-/** What a step test gives. */
+/** The result of a step test. */
 export type StepTested = {
-/** Where the run is now: after the test, with mode, manual value and setpoint from before it. */
+/** The state of the run after the test, with the previous mode, manual value and setpoint. */
 state: State,
-/** From when on the plant was held, in seconds. */
+/** The time from which the plant was held, in seconds. */
 from: number,
-/** The last call that the model was found from, in seconds: later ones give the loop back. */
+/** The last call used for identification, in seconds: later ones restore the loop. */
 to: number,
-/** When the manipulated value stepped, in seconds. */
+/** The time of the step of the manipulated value, in seconds. */
 step: number,
 /** The model. */
 identified: Identified, };
@@ -1260,7 +1266,7 @@ outputs: Array<[string, Array<number>]>, };
 export type Tried = {
 /** Its curves. */
 curves: Curves,
-/** Its figures; none of a loop without a setpoint or a process value. */
+/** Its figures; `None` for a loop without a setpoint or a process value. */
 figures: Figures | null, };
 
 /** The controller to tune, the plant's model and the rule. */
@@ -1304,7 +1310,7 @@ closed_loop: number | null,
 pace: number | null,
 /** The largest sensitivity. */
 sensitivity: number | null,
-/** How much more gain the loop takes, as a factor. */
+/** The gain margin, as a factor. */
 gain_margin: number | null,
 /** The phase margin in degrees. */
 phase_margin: number | null,
@@ -1318,36 +1324,36 @@ absent: { [key in string]: string },
 /** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
-/** What settings were computed from, and what they lead to. */
+/** The origin of computed settings, and their predicted effects. */
 export type Tuning = {
 /** The plant. */
 model: Model,
 /** The rule. */
 rule: Rule,
-/** The settings that it gave. */
+/** The resulting settings. */
 values: Values,
-/** Lambda in seconds, of a rule that takes it. */
+/** Lambda in seconds, for a rule that uses it. */
 closed_loop?: number | null,
 /** The largest sensitivity. */
 sensitivity?: number | null,
-/** How much more gain the loop takes, as a factor. */
+/** The gain margin, as a factor. */
 gain_margin?: number | null,
 /** In degrees. */
 phase_margin?: number | null,
-/** The step of the setpoint that was predicted. */
+/** The predicted step of the setpoint. */
 step: Step,
-/** All rules with what they lead to, as they were compared; the curves may be left out but for both ends of the setpoint. */
+/** All compared rules with their predicted effects; the curves may be omitted except for both ends of the setpoint. */
 rows: Array<RuleOutcome>,
-/** The values of the same settings that were in force before. */
+/** The previous values of the same settings. */
 before: Values, };
 
 /** A condition. */
 export type Until = {
 /** `MEMBER.VARIABLE` */
 variable: string,
-/** How it is compared: `=`, `<>`, `>`, `>=`, `<`, `<=`. */
+/** The comparison: `=`, `<>`, `>`, `>=`, `<`, `<=`. */
 sign: "=" | "<>" | ">" | ">=" | "<" | "<=",
-/** With what; TRUE is 1. */
+/** The value to compare with; TRUE is 1. */
 value: number, };
 
 /** A value as the user writes it. */
@@ -1359,36 +1365,36 @@ export type Variable = {
 name: string,
 /** A short text. */
 description: string,
-/** Its PLC type, `REAL`; that of FMI in a foreign FMU, `Real`. */
+/** Its PLC type, `REAL`; in a foreign FMU that of FMI, `Real`. */
 kind: string,
 /** `input`, `parameter`, `fixed`, `cycle`, `output`, `local` */
 role: "input" | "parameter" | "fixed" | "cycle" | "output" | "local",
 /** Whether it can be set while the loop runs. */
 is_tunable: boolean,
-/** Whether it is what the loop is tried with (setpoint, manual value, disturbance, noise), and not a setting. */
+/** Whether it is a stimulus of the loop (setpoint, manual value, disturbance, noise) rather than a setting. */
 is_stimulus: boolean,
 /** Its value in a new instance. */
 start: Value,
-/** The lowest value that makes sense. */
+/** The lowest sensible value. */
 min: number | null,
-/** The highest value that makes sense. */
+/** The highest sensible value. */
 max: number | null,
-/** Its physical unit; s of a TIME. */
+/** Its physical unit; s for a TIME. */
 unit: string | null, };
 
-/** Which curves to show. */
+/** The curves to show. */
 export type View = {
-/** The run; the present one without it. */
+/** The run; by default the present one. */
 run?: number | null,
 /** The variables, by `MEMBER.VARIABLE`. */
 variables: Array<string>,
-/** The beginning in seconds; that of the run without it. */
+/** The beginning in seconds; by default that of the run. */
 from?: number | null,
-/** The end in seconds; the last call without it. */
+/** The end in seconds; by default the last call. */
 to?: number | null,
-/** At most this many points. */
+/** The maximum number of points. */
 points: number,
-/** For these variables the mean over so many seconds, up to and with the call: of pulses the mean of their period. */
+/** The variables to average, and over how many seconds, up to and including the call: for pulses, their period. */
 means?: { [key in string]: number } | null, };
 
 /** Why a value of a setting was tried. */
@@ -1400,7 +1406,7 @@ export type Wire = {
 from: string,
 /** The input, `MEMBER.VARIABLE`. */
 to: string,
-/** Why it is proposed. */
+/** The reason for the proposal. */
 reason: string, };
 
 /** A statement that writes a variable. */
