@@ -291,7 +291,7 @@ MISTAKEN = {
     "build notes.md": "notes.md is neither a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a package of a workspace",
     "run notes.md": "notes.md is neither an FMU (.fmu), a loop (.toml), a parameter file (.awl, .db, .xml, ...) nor a program (.scl)",
     "preset CONT_C.fmu --out p.zip": "p.zip: a preset ends with .fmu; for a folder write p.zip/",
-    "run loop.toml": "loop.toml:2:5: there is no file NOTHING_LIKE_IT.fmu; FMUs are looked for beside this file, or in --fmus FOLDER",
+    "run loop.toml": "loop.toml:2:5: no file NOTHING_LIKE_IT.fmu; FMUs are looked for beside this file, or in --fmus FOLDER",
 }
 
 

@@ -76,7 +76,7 @@ def test_without_any_folder_the_error_says_how_to_get_fmus(places, monkeypatch):
 
 def test_a_missing_fmu_is_named_with_the_command_that_makes_it(tmp_path):
     with plcfmu.Fmus(tmp_path) as nothing:
-        with pytest.raises(FileNotFoundError, match="there is no .*HEATER.fmu: make it with `cargo xtask fmu HEATER`"):
+        with pytest.raises(FileNotFoundError, match="no .*HEATER.fmu: make it with `cargo xtask fmu HEATER`"):
             nothing.start("HEATER")
 
 
@@ -92,7 +92,7 @@ def test_a_plant_of_ones_own_is_opened_by_its_path(fmus, tmp_path):
     path = shutil.copy(plcfmu.fmu("HEATER", host.FOLDER), tmp_path / "my plant.v2.fmu")
     assert fmus.start(path, T_START=90.0)["TEMP"] == fmus.start("HEATER", T_START=90.0)["TEMP"]
     assert fmus.start(str(path)).name == "my plant.v2"
-    with pytest.raises(plcfmu.FmuNotFoundError, match="there is no .*elsewhere.fmu"):
+    with pytest.raises(plcfmu.FmuNotFoundError, match="no .*elsewhere.fmu"):
         fmus.start(tmp_path / "elsewhere.fmu")
 
 
@@ -502,7 +502,7 @@ def test_a_result_gives_the_figures_of_a_step_by_name_and_as_a_table():
     lines = str(given).splitlines()
     assert re.fullmatch(r"  lag: rise +11 s +theory 11 s", lines[0])
     assert re.fullmatch(r"  lag: settling +19\.6 s", lines[2])
-    with pytest.raises(KeyError, match="there is no figure 'rise'; there are lag: rise"):
+    with pytest.raises(KeyError, match="no figure 'rise'; there are lag: rise"):
         given["rise"]
 
 
@@ -525,7 +525,7 @@ def test_a_row_with_other_signals_or_without_a_number_is_refused_and_not_added()
     with pytest.raises(ValueError):
         result.add(1.0, {"CONT_C.LMN": "no number"}, PV=2.0)
     assert len(result) == 1 and len(result["PV"]) == 1
-    with pytest.raises(KeyError, match="there is no signal SP; there are CONT_C.LMN, PV"):
+    with pytest.raises(KeyError, match="no signal SP; there are CONT_C.LMN, PV"):
         result["SP"]
 
 

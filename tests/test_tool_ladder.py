@@ -189,7 +189,7 @@ def test_a_breakpoint_pauses_the_run_in_the_call_in_which_it_begins_to_hold(open
     assert (state["calls"], state["values"]["Counter.count"]) == (7, 7)
     page.get_by_label("Pause when").fill("cuont >= 7")
     page.get_by_label("Pause when").press("Enter")
-    page.get_by_text("cuont is no variable").wait_for()
+    page.get_by_text("cuont is not a variable").wait_for()
 
 
 NESTED = """FUNCTION_BLOCK "Inner"

@@ -239,7 +239,7 @@ def test_a_folder_without_fmus_is_refused_in_one_sentence(tmp_path):
     refused = subprocess.run(command, capture_output=True, text=True)
     assert refused.returncode == 1
     assert refused.stderr == (
-        f"error: there is no FMU in {tmp_path}: make them with `cargo xtask fmu`, or name another folder with --fmus\n"
+        f"error: no FMU in {tmp_path}: make them with `cargo xtask fmu`, or name another folder with --fmus\n"
     )
     assert not (tmp_path / "out").exists()
 
@@ -249,5 +249,5 @@ def test_fmus_without_a_library_of_programs_are_refused(tmp_path):
     command = [sys.executable, str(BUILD), "--fmus", str(tmp_path), "--out", str(tmp_path / "out")]
     refused = subprocess.run(command, capture_output=True, text=True)
     assert refused.returncode == 1
-    assert refused.stderr.startswith(f"error: there is no library of programs in {tmp_path / 'programs'}")
+    assert refused.stderr.startswith(f"error: no library of programs in {tmp_path / 'programs'}")
     assert not (tmp_path / "out").exists()

@@ -108,7 +108,7 @@ pub struct Column {
 }
 
 impl Column {
-    /// Reports missing values among these rows: `Line 5, column PV: there is no value (nor in 2 rows after it)`.
+    /// Reports missing values among these rows: `Line 5, column PV: no value (nor in 2 rows after it)`.
     /// `lines` are those of the table.
     pub(crate) fn missing(&self, rows: impl Iterator<Item = usize>, lines: &[usize]) -> Option<String> {
         let mut missing = rows.filter(|row| self.values[*row].is_nan());
@@ -117,7 +117,7 @@ impl Column {
             0 => String::new(),
             more => format!(" (nor in {more} row{} after it)", if more == 1 { "" } else { "s" }),
         };
-        Some(format!("Line {}, column {}: there is no value{more}", lines[first], self.name))
+        Some(format!("Line {}, column {}: no value{more}", lines[first], self.name))
     }
 
     /// Returns the maximum rounding error of a value as written: half of its last digit. A column with up to three
@@ -227,7 +227,7 @@ impl CsvTable {
         for (row, value) in of.values.iter().enumerate() {
             let line = self.lines[row];
             if !value.is_finite() {
-                bail!("line {line}, column {}: there is no time", of.name);
+                bail!("line {line}, column {}: no time", of.name);
             }
             if row > 0 && *value < of.values[row - 1] {
                 bail!(
@@ -579,11 +579,11 @@ impl Cells {
             ));
         }
         if let Some(row) = self.stamps.iter().position(|stamp| *stamp != clock::Stamp::default()) {
-            let text = "a date or a time of day is no number: write a number, or remove the row".to_string();
+            let text = "a date or a time of day is not a number: write a number, or remove the row".to_string();
             bail!(wrong(lines[row], text));
         }
         if let Some(row) = self.values.iter().position(|value| !value.is_finite()) {
-            bail!(wrong(lines[row], "there is no number: complete the row, or remove it".to_string()));
+            bail!(wrong(lines[row], "no number: complete the row, or remove it".to_string()));
         }
         let column = self.column(number, header, &mut Vec::new())?;
         column.context("a column of numbers has them")

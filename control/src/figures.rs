@@ -195,7 +195,7 @@ pub static SETTLING: Figure = Figure {
 /// The reason if no disturbance occurs.
 const NO_DISTURBANCE: &str = "nothing disturbs the loop in this part of the run";
 
-const NO_CALL: &str = "there is no call in this part of the run";
+const NO_CALL: &str = "no call in this part of the run";
 const NO_DEVIATION: &str = "the setpoint or the process value is NaN in some calls";
 
 /// Returns the figure with this name.

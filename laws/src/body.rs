@@ -45,7 +45,7 @@ impl<'r, 'a> Body<'r, 'a> {
     pub fn constant(reader: &mut Reader, file: usize, expr: &syn::Expr, ty: &Ty) -> Result<Value, Error> {
         let mut body = Body::new(reader, file, None);
         let (value, _) = body.number(expr, Some(ty))?;
-        folded(&value).ok_or_else(|| body.error(expr.span(), "this is no constant that could be read"))
+        folded(&value).ok_or_else(|| body.error(expr.span(), "this is not a constant that can be evaluated here"))
     }
 
     pub fn error(&self, span: Span, message: impl Into<String>) -> Error {
@@ -73,7 +73,10 @@ impl<'r, 'a> Body<'r, 'a> {
             ty => {
                 let kept = ty.kept().ok_or_else(|| {
                     let example = format!("let {name}: Real = ...;");
-                    self.error(span, format!("the type of {name} is open: it is {ty}; write it down, as in {example}"))
+                    self.error(
+                        span,
+                        format!("the type of {name} is ambiguous: it is {ty}; declare it, as in {example}"),
+                    )
                 })?;
                 Var::Place(self.new_local(name, kept), ty.clone())
             }
@@ -219,7 +222,7 @@ impl<'r, 'a> Body<'r, 'a> {
                 return Err(self.error(field.span(), "this pattern is not known here"));
             };
             let found = self.reader.field(record, &name.to_string());
-            let (number, ty) = found.ok_or_else(|| self.error(name.span(), "there is no such field"))?;
+            let (number, ty) = found.ok_or_else(|| self.error(name.span(), "no such field"))?;
             let (var, names) = self.pattern(&field.pat, &ty)?;
             if let (Var::Place(to, _), Some(kept)) = (&var, ty.kept()) {
                 self.assign(to.clone(), Expr::Load(kept, place.clone().member(number)));
@@ -310,7 +313,7 @@ impl<'r, 'a> Body<'r, 'a> {
             syn::Expr::Binary(it) => match compound(&it.op) {
                 Some(op) => {
                     let Some(Var::Place(place, ty)) = self.place(&it.left)? else {
-                        return Err(self.error(it.left.span(), "this is no variable"));
+                        return Err(self.error(it.left.span(), "this is not a variable"));
                     };
                     let kept = ty.kept().ok_or_else(|| self.error(it.left.span(), "this is not a number"))?;
                     let (value, found) = self.number(&it.right, Some(&ty))?;
@@ -372,7 +375,7 @@ impl<'r, 'a> Body<'r, 'a> {
 
     fn assignment(&mut self, to: &syn::Expr, from: &syn::Expr) -> Result<(), Error> {
         let Some(var) = self.place(to)? else {
-            return Err(self.error(to.span(), "this is no variable"));
+            return Err(self.error(to.span(), "this is not a variable"));
         };
         let Var::Place(place, Ty::Struct(record)) = &var else { return self.store(&var, from) };
         // A struct gets all its fields at once, and they may be computed from its old ones.
@@ -387,7 +390,7 @@ impl<'r, 'a> Body<'r, 'a> {
         for field in &it.fields {
             let syn::Member::Named(name) = &field.member else { continue };
             let found = self.reader.field(*record, &name.to_string());
-            let (number, ty) = found.ok_or_else(|| self.error(name.span(), "there is no such field"))?;
+            let (number, ty) = found.ok_or_else(|| self.error(name.span(), "no such field"))?;
             let (value, found) = self.number(&field.expr, Some(&ty))?;
             if found != ty {
                 return Err(self.error(field.expr.span(), format!("expected {ty}, found {found}")));
@@ -439,7 +442,7 @@ impl<'r, 'a> Body<'r, 'a> {
         let Pat::TupleStruct(pat) = &*it.pat else { return Err(unknown(self)) };
         let (Some(inner), true) = (pat.elems.first(), pat.path.is_ident("Some")) else { return Err(unknown(self)) };
         let Val::Var(Var::Option(some, value)) = self.value(&it.expr, None)? else {
-            return Err(self.error(it.expr.span(), "this is no Option"));
+            return Err(self.error(it.expr.span(), "this is not an Option"));
         };
         match inner {
             Pat::Ident(name) => self.bind(&name.ident.to_string(), *value),

@@ -34,7 +34,7 @@ impl Body<'_, '_> {
                 let Some(Var::Place(place, Ty::Struct(record))) = self.place(&it.base)? else { return Ok(None) };
                 let syn::Member::Named(name) = &it.member else { return Ok(None) };
                 let found = self.reader.field(record, &name.to_string());
-                let (number, ty) = found.ok_or_else(|| self.error(name.span(), format!("there is no field {name}")))?;
+                let (number, ty) = found.ok_or_else(|| self.error(name.span(), format!("no field {name}")))?;
                 Some(Var::Place(place.member(number), ty))
             }
             _ => None,
@@ -264,7 +264,7 @@ impl Body<'_, '_> {
             return Ok(Val::Number(value, Ty::BOOL));
         }
         let Var::Place(place, _) = self.local("both", &Ty::BOOL, it.span())? else {
-            return Err(self.error(it.span(), "this is no truth value"));
+            return Err(self.error(it.span(), "this is not a truth value"));
         };
         let (statements, ()) = self.apart(|this| {
             this.assign(place.clone(), left);

@@ -75,7 +75,7 @@ pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Re
 /// There is not exactly one loop, or its block contains other blocks.
 pub fn write(loops: &[Loop]) -> Result<Vec<u8>, String> {
     let [one] = loops else {
-        return Err(format!("a dump holds one loop, not {}: write one alone", loops.len()));
+        return Err(format!("a dump holds one loop, not {}: write only one", loops.len()));
     };
     let (addresses, size) = whole(&one.block)?;
     let mut data = vec![0; size];

@@ -182,7 +182,7 @@ fn value(member: &Row, given: Given) -> Result<Value, String> {
 pub(crate) fn check_names(loops: &[Loop]) -> Result<(), String> {
     let mut names = std::collections::BTreeSet::new();
     match loops.iter().find(|one| !names.insert(&one.name)) {
-        Some(one) => Err(format!("two loops are called {}: rename one, or write one alone", one.name)),
+        Some(one) => Err(format!("two loops are called {}: rename one, or write only one", one.name)),
         None => Ok(()),
     }
 }

@@ -164,7 +164,7 @@ fn member_name<'a>(blocks: &[Arc<BlockType>], full_name: &'a str) -> &'a str {
 /// A value is not finite, two loops have the same name, or a name cannot be represented in XML.
 pub fn write(loops: &[Loop]) -> Result<String, String> {
     named::check_names(loops)?;
-    let [first, rest @ ..] = loops else { return Err("there is no loop to write".into()) };
+    let [first, rest @ ..] = loops else { return Err("no loop to write".into()) };
     let mut parameters = Vec::new();
     for one in loops {
         xml::check(&one.name)?;

@@ -181,7 +181,7 @@ def main() -> None:
     fmus = sorted(options.fmus.glob("*.fmu"))
     if not fmus:
         sys.exit(
-            f"error: there is no FMU in {options.fmus}: make them with `cargo xtask fmu`, "
+            f"error: no FMU in {options.fmus}: make them with `cargo xtask fmu`, "
             "or name another folder with --fmus"
         )
     targets = options.target or [host()]
@@ -193,7 +193,7 @@ def main() -> None:
     for target in targets:
         if not any((programs / PLATFORMS[target]).glob("program.*")):
             sys.exit(
-                f"error: there is no library of programs in {programs / PLATFORMS[target]}, without which the command builds "
+                f"error: no library of programs in {programs / PLATFORMS[target]}, without which the command builds "
                 "no program in SCL: `cargo xtask fmu` packs it with all FMUs"
             )
     for target in targets:

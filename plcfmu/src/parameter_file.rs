@@ -59,7 +59,7 @@ fn read_plc(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
     let block = blocks
         .iter()
         .find(|own| own.is_called(block))
-        .with_context(|| format!("{name}: there is no block {block:?}: the blocks are {}", names()))?;
+        .with_context(|| format!("{name}: no block {block:?}: the blocks are {}", names()))?;
     let progress = Progress::spinner(&format!("reading DB{} of {}", address.number, address.host));
     let bytes = plc::fetch(&address, block, options.offset)?;
     drop(progress);

@@ -202,7 +202,7 @@ const NO_S7: &str = "the answer is not one of an S7: check the address and the p
 
 fn wrong_place(address: &Address) -> String {
     format!(
-        "there is no CPU in rack {}, slot {}, or it takes no connections: an S7-300 is in rack 0, slot 2, an S7-1200 or \
+        "no CPU in rack {}, slot {}, or it takes no connections: an S7-300 is in rack 0, slot 2, an S7-1200 or \
          S7-1500 in rack 0, slot 1, an S7-400 where the hardware configuration shows it",
         address.rack, address.slot
     )
@@ -220,7 +220,7 @@ fn refusal(code: u8, number: u16, end: usize) -> String {
         ),
         0x06 | 0x07 => format!("the PLC cannot read bytes of DB{number} (code {code:#04x})"),
         0x0A => format!(
-            "there is no DB{number} in the PLC, or it is an optimized data block of an S7-1200 or S7-1500: check the number, \
+            "no DB{number} in the PLC, or it is an optimized data block of an S7-1200 or S7-1500: check the number, \
              and switch off \"Optimized block access\" in its properties"
         ),
         0x01 => "the PLC reports a hardware fault".into(),

@@ -362,7 +362,7 @@ impl<'a> Reader<'a> {
                 },
                 |near| format!("did you mean {near}?"),
             );
-            bail!("{}: there is no file {}; {hint}", self.place(at), path.display());
+            bail!("{}: no file {}; {hint}", self.place(at), path.display());
         }
         Ok(Member { name: name.get_ref().clone(), path })
     }

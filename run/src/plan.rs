@@ -609,7 +609,7 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
         (_, Value::Boolean(value)) => bail!("it is {}, {value} is not a number", kind.name()),
         (Type::Real, Value::Number(value)) => Ok(value),
         (Type::Float32, Value::Number(value)) if !value.is_finite() || value.abs() <= f64::from(f32::MAX) => Ok(value),
-        (Type::Float32, Value::Number(value)) => bail!("it is Float32, {value:?} is beyond its numbers"),
+        (Type::Float32, Value::Number(value)) => bail!("it is a Float32, whose range {value:?} exceeds"),
         (Type::Integer, Value::Number(value)) if f64::from(value as i32) == value => Ok(value),
         (Type::Integer, Value::Number(value)) => bail!("it is Integer, {value:?} is not an integer of 32 bits"),
         (kind, Value::Number(value)) => {
@@ -640,7 +640,7 @@ impl<'a> Names<'a> {
         let members: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         assert_eq!(members.len(), descriptions.len(), "each member has a description");
         if members.is_empty() {
-            bail!("there is no FMU to run");
+            bail!("no FMU to run");
         }
         for (number, name) in members.iter().enumerate() {
             if members[..number].contains(name) {

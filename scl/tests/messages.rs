@@ -192,7 +192,7 @@ fn types_that_do_not_fit_are_refused() {
     refused("FOR #i := 1 TO 2 BY 0 DO ; END_FOR;", "a step of 0 never ends");
     refused("FOR #i := 1 TO 2 DO #i := 3; END_FOR;", "the loop variable i must not be written in its loop");
     refused("EXIT;", "EXIT is not inside a loop; RETURN leaves the block");
-    refused("GOTO L1;", "there is no label L1 in this block");
+    refused("GOTO L1;", "no label L1 in this block");
     refused("GOTO L1; WHILE #flag DO L1: #i := 1; END_WHILE;", "GOTO jumps into the loop of the label L1");
 }
 
@@ -394,7 +394,7 @@ fn a_file_without_a_block_and_one_that_is_no_text_are_refused() {
     for bytes in [no_mark, b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec()] {
         let errors = compile(&[Source::new("a.scl", bytes)], &Options::default()).unwrap_err();
         let errors = lines(&errors);
-        let says = "this is no text: it has a character 0; save the source as text in UTF-8";
+        let says = "this is not a text: it has a character 0; save the source as text in UTF-8";
         assert!(errors.len() == 1 && errors[0].contains(says), "{errors:#?}");
     }
 }
@@ -405,8 +405,8 @@ fn typical_slips_are_told_as_what_they_are() {
     let line = program("", "").1;
     for (statements, says) in [
         ("#i = 1;", "this compares, and the result is not used; write := to assign".to_string()),
-        ("IF #i == 1 THEN ; END_IF;", "there is no == in SCL; = compares, := assigns".into()),
-        ("IF #flag THEN ; ELSEIF #flag THEN ; END_IF;", "there is no ELSEIF in SCL; write ELSIF".into()),
+        ("IF #i == 1 THEN ; END_IF;", "SCL has no ==; = compares, := assigns".into()),
+        ("IF #flag THEN ; ELSEIF #flag THEN ; END_IF;", "SCL has no ELSEIF; write ELSIF".into()),
         ("#i := 1;\nIF #flag THEN\n#i := 2;", format!("the IF in line {} is not closed", line + 1)),
         ("CASE #i OF\n1: #i := 2;", format!("the CASE in line {line} is not closed")),
         ("WHILE #flag DO\n#i := 2;", format!("the WHILE in line {line} is not closed")),

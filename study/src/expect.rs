@@ -141,7 +141,7 @@ impl Expectation {
                 if text.contains('=') {
                     bail!("a bound is compared with <, <=, >, >= or ==, not with =");
                 }
-                bail!("there is no <, <=, >, >= or ==; write for example overshoot < 10 %");
+                bail!("no <, <=, >, >= or ==; write for example overshoot < 10 %");
             };
             let (left, right) = (text[..at].trim(), text[at + comparison.sign().len()..].trim());
             let (of, figure) = subject(left, figures)?;
@@ -280,7 +280,7 @@ fn subject(text: &str, figures: &[Quantity]) -> Result<(Of, usize)> {
         return Ok((Of::Each, figure));
     }
     if text.is_empty() {
-        bail!("there is no figure before the sign; write for example overshoot < 10 %");
+        bail!("no figure before the sign; write for example overshoot < 10 %");
     }
     let Some((function, name)) = text.strip_suffix(')').and_then(|text| text.split_once('(')) else {
         return Err(unknown(text, figures));
@@ -438,8 +438,8 @@ mod tests {
             ("overshoot < ten", "\"ten\" is not a number with a unit (the decimal sign is a point)"),
             ("overshoot < 2,5 %", "\"2,5 %\" is not a number with a unit (the decimal sign is a point)"),
             ("overshoot = 1", "a bound is compared with <, <=, >, >= or ==, not with ="),
-            ("overshoot", "there is no <, <=, >, >= or ==; write for example overshoot < 10 %"),
-            ("< 1", "there is no figure before the sign; write for example overshoot < 10 %"),
+            ("overshoot", "no <, <=, >, >= or ==; write for example overshoot < 10 %"),
+            ("< 1", "no figure before the sign; write for example overshoot < 10 %"),
             ("p101(pulses) < 1", "p101(pulses): a percentile is from p0 to p100"),
             ("best(pulses) < 1", "best(pulses): write p95(pulses), or min, median, max or mean for p95"),
         ];

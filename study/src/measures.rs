@@ -170,7 +170,7 @@ impl Measures {
         }
         if measures.figures.is_empty() {
             bail!(
-                "there is no figure: name the loop's signals ([signals] with setpoint = \"FMU.VARIABLE\" and process_value = \
+                "no figure: name the loop's signals ([signals] with setpoint = \"FMU.VARIABLE\" and process_value = \
                  \"FMU.VARIABLE\"), or single variables ([[values]] with variable = \"FMU.VARIABLE\", take = [\"max\"])"
             );
         }

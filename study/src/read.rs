@@ -267,7 +267,7 @@ fn description(reader: &Reader, path: &Path, fmus: Option<&Path>, file: Option<&
     let path = path.with_file_name(file.get_ref());
     ensure!(
         path.is_file(),
-        "{place}: there is no file {}: write the path of the loop's description, relative to {shown}",
+        "{place}: no file {}: write the path of the loop's description, relative to {shown}",
         path.display()
     );
     file::read(&path, fmus, reader.parameters())
@@ -538,7 +538,7 @@ mod tests {
             error("stop = 1"),
             "study.toml:1:1: the study names no loop: write loop = \"FILE.toml\", a description of the loop as for plcfmu run"
         );
-        assert!(error("loop = \"none.toml\"").starts_with("study.toml:1:8: there is no file "));
+        assert!(error("loop = \"none.toml\"").starts_with("study.toml:1:8: no file "));
         let axis = |text: &str| error(&format!("loop = \"loop.toml\"\n[[axes]]\n{text}"));
         assert_eq!(
             axis("variable = \"C.A\"\nvalues = [1]\nuniform = { min = 0, max = 1 }"),

@@ -112,7 +112,7 @@ pub fn write(folder: &Path, report: &Report) -> Result<Vec<String>> {
     place(&folder.join("summary.html"), html(report, &pictures)?.as_bytes())?;
     for (picture, png) in pictures.iter().zip(drawn(&pictures)) {
         let path = |ending: &str| folder.join("pictures").join(format!("{}.{ending}", picture.name));
-        let png = png.with_context(|| format!("there is no {}", path("png").display()));
+        let png = png.with_context(|| format!("no {}", path("png").display()));
         let written = [place(&path("svg"), picture.svg.as_bytes()), png.and_then(|png| place(&path("png"), &png))];
         problems.extend(written.into_iter().filter_map(Result::err).map(|error| format!("{error:#}")));
     }
@@ -185,7 +185,7 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
             name.push('_');
         }
         let svg = svg.unwrap_or_else(|error| {
-            problems.push(format!("there is no picture {name}: {error:#}"));
+            problems.push(format!("no picture {name}: {error:#}"));
             None
         });
         Some(Picture { name, figure, svg: svg? })

@@ -124,7 +124,7 @@ fn of_csv(shown: &str, text: &str) -> Result<Given> {
         value if value.is_finite() && column.is_boolean => Ok(Value::Boolean(value != 0.0)),
         value if value.is_finite() => Ok(Value::Number(value)),
         _ => Err(anyhow!(
-            "{shown}:{}:{}: {}: there is no number: complete the row, or remove it",
+            "{shown}:{}:{}: {}: no number: complete the row, or remove it",
             table.lines[row],
             column.number,
             column.name
@@ -151,7 +151,7 @@ fn of_parameters(
     let shown = path.display().to_string();
     let names: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
     let fmu = fmu.or(names.first().copied()).unwrap_or_default();
-    ensure!(names.contains(&fmu), "fmu = {fmu:?}: there is no such FMU in the loop, only {}", names.join(", "));
+    ensure!(names.contains(&fmu), "fmu = {fmu:?}: no such FMU in the loop, only {}", names.join(", "));
     let reading = parameters(&shown, &Options::default())?;
     ensure!(!reading.loops.is_empty(), "{shown} has no loops");
     let block = of_fmu(system, fmu, &reading.loops);

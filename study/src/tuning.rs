@@ -349,7 +349,10 @@ fn variable(job: &Job, search: &mut Search) -> Result<f64> {
     let found = system.members.iter().find_map(|member| Some((member, own_name(name, &member.name)?)));
     let (member, own) = found.with_context(|| {
         let names: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
-        format!("[tune]: {name} is searched, and there is no such FMU, only {}; write FMU.VARIABLE", names.join(", "))
+        format!(
+            "[tune]: {name} is searched, but the loop has no such FMU, only {}; write FMU.VARIABLE",
+            names.join(", ")
+        )
     })?;
     let description = Package::open(&member.path)?.description;
     let variable = description.variable(own).with_context(|| {

@@ -137,7 +137,7 @@ pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table
 pub fn run(folder: &Path, find: Find) -> Result<()> {
     serve(folder, |channel| {
         let Some(WorkerRequest::Begin { job, is_prompt, renews, exact_door }) = channel.next()? else {
-            bail!("there is no job")
+            bail!("no job")
         };
         let Begun { members, experiment, ready } = match begin(&job, channel, find, exact_door) {
             Err(error) => return channel.send(&Reply::refused(&error)),

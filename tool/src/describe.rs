@@ -242,7 +242,7 @@ fn as_message(of: &parameters::Loop) -> Loop {
 /// A block that the catalogue does not have, a setting that the block does not have, a value that its type does not hold.
 pub fn as_loop(home: &dyn Home, of: &Loop) -> Result<parameters::Loop> {
     let block = home.blocks().into_iter().find(|block| block.is_called(&of.block));
-    let block = block.with_context(|| format!("{}: there is no block {:?} here", of.name, of.block))?;
+    let block = block.with_context(|| format!("{}: no block {:?} here", of.name, of.block))?;
     let mut one = parameters::Loop::new(of.name.as_str(), Arc::clone(&block));
     for setting in &of.settings {
         let member = block.find(&setting.name).filter(|member| block.members[*member].role.is_settable());
@@ -301,7 +301,7 @@ pub fn check(home: &dyn Home, fmu: &str, values: &Values) -> Result<Checked> {
 
 /// The value as the type holds it.
 fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Value) -> Result<f64, String> {
-    let Some(variable) = variable else { return Err(format!("there is no variable {name:?}")) };
+    let Some(variable) = variable else { return Err(format!("no variable {name:?}")) };
     if matches!(variable.role.as_str(), "output" | "local") {
         return Err(format!("{name} is {}: only inputs and parameters can be set", variable.role));
     }

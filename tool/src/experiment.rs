@@ -225,7 +225,7 @@ impl Watched {
 /// rest.
 pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Result<Settled> {
     let record = session.record(None)?;
-    let controller = record.members().next().context("there is no controller")?.clone();
+    let controller = record.members().next().context("no controller")?.clone();
     let roles = describe(home, &controller.fmu)?.roles;
     let name = |variable: &String| format!("{}.{variable}", controller.name);
     let setpoint = roles.setpoint.as_ref().map(name);

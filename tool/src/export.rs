@@ -196,7 +196,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
         let endings: Vec<_> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
         bail!("{format:?} is not a format of parameter files: take one of {}", endings.join(", "));
     };
-    let [first, rest @ ..] = loops else { bail!("there is no loop to write: open or add one first") };
+    let [first, rest @ ..] = loops else { bail!("no loop to write: open or add one first") };
     let loops = loops.iter().map(|of| as_loop(home, of)).collect::<Result<Vec<_>>>()?;
     // Text from the page goes into a comment.
     let origin: String =
@@ -281,7 +281,7 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
         ));
     }
     if calls == 0 {
-        bail!("the run has made no call: make one at least, and take it away then");
+        bail!("the run has made no call: make at least one first");
     }
     if let Some(forced) = record.done().iter().find(|done| done.act != Act::Set && done.call < calls) {
         calls = forced.call;

@@ -193,7 +193,7 @@ impl<B: Cyclic> Component for Instance<B> {
 
     fn force(&mut self, reference: u32, how: Force) -> Result<()> {
         let row = reference as usize;
-        let kind = self.block().table().rows.get(row).context("there is no such variable")?.kind;
+        let kind = self.block().table().rows.get(row).context("no such variable")?.kind;
         let value = |number| to_value(number, kind).map_err(|range| anyhow!("{number:?}: {range}"));
         match how {
             Force::Once(number) => self.component.instance.overwrite(row, value(number)?),

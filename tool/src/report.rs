@@ -196,10 +196,10 @@ fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
     }
     // It is known by another name, such as that in the PLC project.
     let known = home.blocks().into_iter().find(|known| known.is_called(block));
-    let known = known.with_context(|| format!("there is no block {block:?} here"))?;
+    let known = known.with_context(|| format!("no block {block:?} here"))?;
     let is = |name: &str| matches!(home.table(name), Ok(Some(table)) if table.name == known.name);
     let found = home.entries().into_iter().find(|entry| is(&entry.name));
-    Ok(found.with_context(|| format!("there is no FMU of the block {block:?} here"))?.name)
+    Ok(found.with_context(|| format!("no FMU of the block {block:?} here"))?.name)
 }
 
 /// Figures and curves of a controller, which is this FMU, with its roles.

@@ -328,7 +328,7 @@ impl Session {
         };
         let mut all = self.earlier.iter().chain(present);
         all.find(|record| record.number == run)
-            .with_context(|| format!("there is no run {run}: the present one and the {EARLIER} before it are kept"))
+            .with_context(|| format!("no run {run}: the present one and the {EARLIER} before it are kept"))
     }
 
     /// Sets variables before the next call.
@@ -420,7 +420,7 @@ impl Session {
     pub fn again_up_to(&self, home: &dyn Home, call: usize) -> Result<()> {
         let record = self.record(None)?;
         if call >= record.calls() {
-            bail!("the run has made {} calls: there is no call {call}", record.calls());
+            bail!("the run has made {} calls: no call {call}", record.calls());
         }
         if call >= MOST_TRIED {
             bail!("call {call} cannot be looked at: the run is made again up to it, {MOST_TRIED} calls at most");
@@ -576,7 +576,7 @@ impl Present {
         let calls = (seconds / self.record.step).round().max(1.0);
         if !(seconds >= 0.0 && calls <= MOST_RAMP as f64) {
             let most = MOST_RAMP as f64 * self.record.step;
-            bail!("a ramp of {seconds:?} s: it takes 0 to {most:?} s, {MOST_RAMP} calls");
+            bail!("a ramp of {seconds:?} s: the allowed range is 0 to {most:?} s, {MOST_RAMP} calls");
         }
         let calls = calls as usize;
         self.check_room(calls)?;
@@ -652,7 +652,7 @@ impl Present {
         connections: Vec<(String, String)>,
     ) -> Result<()> {
         let begun = begin_at_the_plant(home, &members, &connections);
-        let Some(first) = self.record.setup.members.first() else { bail!("there is no controller") };
+        let Some(first) = self.record.setup.members.first() else { bail!("no controller") };
         if self.record.failure.is_some() && self.run.at() == 0 {
             bail!("{} itself has failed: start again", first.name);
         }

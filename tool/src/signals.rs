@@ -45,7 +45,7 @@ impl Signals {
     ///
     /// # Errors The first member has no known setpoint or process value.
     pub fn new(home: &dyn Home, record: &Record, from: Option<f64>, to: Option<f64>) -> Result<Signals> {
-        let controller = record.setup().members.first().context("there is no controller")?;
+        let controller = record.setup().members.first().context("no controller")?;
         let roles = describe(home, &controller.fmu)?.roles;
         let wanted = record.calls_between(from, to);
         let exact = record.trace().exact();

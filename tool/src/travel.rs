@@ -62,7 +62,7 @@ struct Motor {
 
 impl Motor {
     fn new(home: &dyn Home, record: &Record) -> Result<Motor> {
-        let member = record.setup().members.first().context("there is no controller")?;
+        let member = record.setup().members.first().context("no controller")?;
         let controller = Controller::new(home, member)?;
         let time = controller.motor_time_setting().filter(|_| controller.is_step_controller()).map(str::to_string);
         let Some(time) = time.filter(|_| controller.roles.pulses.len() == 2) else {
@@ -95,7 +95,7 @@ impl Motor {
 fn last(record: &Record, member: &str, setting: &str) -> Result<f64> {
     let column = record.column(&format!("{member}.{setting}"))?;
     let last = record.trace().exact().end.saturating_sub(1);
-    record.trace().column(column, last..last + 1).next().context("there is no call in the run")
+    record.trace().column(column, last..last + 1).next().context("no call in the run")
 }
 
 /// The distance that pulses up and down have moved the actuator, in percent; `percent` is the distance of a pulse of

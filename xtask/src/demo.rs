@@ -76,7 +76,7 @@ fn choose(loops: Vec<PathBuf>, names: &[String]) -> Result<Vec<PathBuf>> {
     let is = |program: &Path, asked: &str| name(program).eq_ignore_ascii_case(asked.trim_end_matches(".py"));
     if let Some(unknown) = names.iter().find(|asked| !loops.iter().any(|program| is(program, asked))) {
         let known: Vec<_> = loops.iter().map(|program| name(program)).collect();
-        bail!("there is no demo {unknown}: there are {}", known.join(", "));
+        bail!("no demo {unknown}: there are {}", known.join(", "));
     }
     Ok(loops.into_iter().filter(|program| names.iter().any(|asked| is(program, asked))).collect())
 }
@@ -93,7 +93,7 @@ mod tests {
         assert_eq!(choose(loops(), &["cascade.py".into()]).unwrap(), loops()[..1]);
         assert_eq!(
             choose(loops(), &["ramps".into()]).unwrap_err().to_string(),
-            "there is no demo ramps: there are cascade, ramp"
+            "no demo ramps: there are cascade, ramp"
         );
     }
 

@@ -77,15 +77,15 @@ fn a_column_of_a_variable_has_a_number_for_each_loop() {
             "tag,P.RISE\nTIC1,300\nTIC2,x\n",
             "loops.csv:3:2: P.RISE: \"x\" is neither a number nor TRUE or FALSE: write a number without a unit, or remove the row",
         ),
-        ("tag,P.RISE\nTIC1,\nTIC2,\n", "loops.csv:2:2: P.RISE: there is no number: complete the row, or remove it"),
-        ("P.GAIN,P.TI\n1,2\n,4\n", "loops.csv:3:1: P.GAIN: there is no number: complete the row, or remove it"),
+        ("tag,P.RISE\nTIC1,\nTIC2,\n", "loops.csv:2:2: P.RISE: no number: complete the row, or remove it"),
+        ("P.GAIN,P.TI\n1,2\n,4\n", "loops.csv:3:1: P.GAIN: no number: complete the row, or remove it"),
         (
             "tag,P.RISE\nTIC1,x\nTIC2,300\n",
             "loops.csv:2:2: P.RISE: \"x\" is neither a number nor TRUE or FALSE: write a number without a unit, or remove the row",
         ),
         (
             "tag,P.RISE\nTIC1,12:30\n",
-            "loops.csv:2:2: P.RISE: a date or a time of day is no number: write a number, or remove the row",
+            "loops.csv:2:2: P.RISE: a date or a time of day is not a number: write a number, or remove the row",
         ),
         (
             "tag,P.RISE\nTIC1,1\nTIC2\n",

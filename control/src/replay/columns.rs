@@ -597,7 +597,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
     if !unused.is_empty() {
         let list = unused.iter().take(8).copied().collect::<Vec<_>>().join(", ");
         let more = if unused.len() > 8 { format!(" and {} more", unused.len() - 8) } else { String::new() };
-        let are = if unused.len() == 1 { "is no variable" } else { "are no variables" };
+        let are = if unused.len() == 1 { "is not a variable" } else { "are not variables" };
         remarks.push(format!("{list}{more} {are} of {} and not used.", block.table.name));
     }
     pairs

@@ -95,7 +95,7 @@ fn a_setting_of_another_member_is_none_of_the_loop_and_one_that_changes_counts_a
     let mut in_force = request(text);
     in_force.controller = member(&[("HIGH", 10.0)]);
     assert_eq!(run(&in_force).moving, []);
-    assert!(says(&replayed, "PLANT.GAIN is no variable of PID and not used."), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "PLANT.GAIN is not a variable of PID and not used."), "{:?}", replayed.remarks);
 }
 
 #[test]
@@ -362,9 +362,9 @@ fn missing_values_are_held_and_not_compared_and_it_is_said_where_they_are() {
     assert!(is_exact(&replayed), "{replayed:?}");
     // Of 40 rows behind the header, 1, 7, 10 ... 37 have no setpoint.
     for remark in [
-        "Line 3, column SP: there is no value (nor in 11 rows after it): the value before it counts. Complete the file, or cut \
+        "Line 3, column SP: no value (nor in 11 rows after it): the value before it counts. Complete the file, or cut \
          the rows out.",
-        "Line 22, column OUT: there is no value: nothing is compared there. Complete the file, or cut the rows out.",
+        "Line 22, column OUT: no value: nothing is compared there. Complete the file, or cut the rows out.",
     ] {
         assert!(says(&replayed, remark), "{:?}", replayed.remarks);
     }
@@ -375,7 +375,7 @@ fn what_the_recording_lacks_is_said() {
     let rows = recorded(20);
     let replayed = run(&request(text("x,SP,quality,OUT", &rows)));
     assert!(says(&replayed, "The recording has no PV_IN: it is 0 all the time."), "{:?}", replayed.remarks);
-    assert!(says(&replayed, "x, quality are no variables of PID"), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "x, quality are not variables of PID"), "{:?}", replayed.remarks);
     assert!(says(&replayed, "The recording has no time: each row is a call."), "{:?}", replayed.remarks);
     let slow: Vec<_> = rows.iter().map(|row| (row.0 * 20.0, row.1, row.2, row.3)).collect();
     let replayed = run(&request(text("time [s],SP,PV,OUT", &slow)));

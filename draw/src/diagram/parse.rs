@@ -86,7 +86,7 @@ impl<'a> Words<'a> {
 
     fn end(&mut self) -> Result<()> {
         match self.words.next() {
-            Some(word) => bail!("goes on with {word:?}, which has no meaning there: remove it"),
+            Some(word) => bail!("contains an unexpected {word:?}: remove it"),
             None => Ok(()),
         }
     }
@@ -149,7 +149,7 @@ impl Diagram {
                 }
                 "by" => variable = words.need("the variable that throws it")?.to_string(),
                 "below" => control = Control::Below,
-                _ => bail!("goes on with {word:?}: a switch has constant, by and below"),
+                _ => bail!("contains an unexpected {word:?}: a switch has only constant, by and below"),
             }
         }
         if self.elements.iter().any(|element| element.variable() == Some(&variable)) {
@@ -187,7 +187,7 @@ fn function(words: &mut Words, rest: &str) -> Result<Shape> {
         [symbol] => Content::Symbol(symbol_of(symbol)?),
         [symbol, word, ..] => {
             symbol_of(symbol)?;
-            bail!("goes on with {word:?}: write 'with' before the variables that act on the box");
+            bail!("contains an unexpected {word:?}: write 'with' before the variables that act on the box");
         }
         [] => bail!("has no symbol: add one"),
     };
@@ -222,7 +222,7 @@ fn text(words: &mut Words) -> Result<Shape> {
         None => Anchor::Start,
         Some("middle") => Anchor::Middle,
         Some("end") => Anchor::End,
-        Some(other) => bail!("goes on with {other:?}: a text may have middle or end, the place of which it stands at"),
+        Some(other) => bail!("contains an unexpected {other:?}: only middle or end may follow a text"),
     };
     Ok(Shape::Text { text, anchor })
 }

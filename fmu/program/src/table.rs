@@ -211,7 +211,7 @@ fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) ->
     let role = match role {
         Role::Input if of.role == interface::Role::Local => {
             return Err(format!(
-                "{} is no input: the program may write this text, and a host cannot set it then; make it a VAR_INPUT",
+                "{} is not an input: the program may write this text, and a host cannot set it then; make it a VAR_INPUT",
                 of.name
             ));
         }

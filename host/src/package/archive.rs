@@ -274,7 +274,7 @@ fn accept(entry: &ZipFileEntry<'_>, name: String) -> Result<Entry> {
             entry.compressed_size()
         ),
         CompressionMethod::Deflated => {}
-        _ => bail!("{name} is compressed by another method than deflate, which FMI does not allow"),
+        _ => bail!("{name} is compressed with a method other than deflate, which FMI does not allow"),
     }
     // The upper half of the attributes contains the Unix file type if the entry was created on Unix.
     let file_type = (entry.external_attributes() >> 16) & 0o170_000;
@@ -560,7 +560,7 @@ mod tests {
         let encrypted = Stored { flags: 1, ..stored("x", b"1") };
         assert_eq!(refusal(&[encrypted]), "x is encrypted, which is not accepted");
         let bzip2 = Stored { method: 12, ..stored("x", b"1") };
-        assert_eq!(refusal(&[bzip2]), "x is compressed by another method than deflate, which FMI does not allow");
+        assert_eq!(refusal(&[bzip2]), "x is compressed with a method other than deflate, which FMI does not allow");
         assert_eq!(refusal(&[stored("x/", b"1")]), "x/ is a folder with content");
     }
 

@@ -167,7 +167,7 @@ fn check_typed(typed: &Typed, definitions: &Definitions<'_>, count: usize, found
             check_range(min, max, real.start, found);
             check_unit(&real.attributes, definitions, found);
             if let Some(index) = real.derivative.filter(|index| !is_index(*index, count)) {
-                found(format!("derivative = {index}: there is no such variable, the indices are 1 ... {count}"));
+                found(format!("derivative = {index}: no such variable, the indices are 1 ... {count}"));
             }
         }
         (Typed::Integer(integer), None | Some(TypeAttributes::Integer(_))) => {
@@ -207,11 +207,11 @@ fn place(index: u32) -> Option<usize> {
 
 fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)) {
     if !is_index(unknown.index, count) {
-        found(format!("there is no such variable, the indices are 1 ... {count}"));
+        found(format!("no such variable, the indices are 1 ... {count}"));
     }
     let mut dependencies = unknown.dependencies.iter().flatten();
     if let Some(dependency) = dependencies.find(|dependency| !is_index(**dependency, count)) {
-        found(format!("dependencies has {dependency}: there is no such variable, the indices are 1 ... {count}"));
+        found(format!("dependencies has {dependency}: no such variable, the indices are 1 ... {count}"));
     }
     if let Some(kinds) = &unknown.dependencies_kind {
         let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));
@@ -343,8 +343,9 @@ fn check_aliases(description: &ModelDescription, forbidden: &mut Counted) {
     for variable in variables().filter(|variable| variable.causality == Causality::Output) {
         if let Some(other) = set.get(&key(variable)) {
             let (reference, other) = (variable.value_reference, shortened(other));
-            let sentence =
-                format!("valueReference = {reference} is that of {other:?} too, which is set: give the output its own");
+            let sentence = format!(
+                "valueReference = {reference} is shared with {other:?}, which can be set: give the output its own"
+            );
             forbidden.push(about(variable, &sentence));
         }
     }

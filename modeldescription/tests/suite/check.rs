@@ -181,7 +181,7 @@ fn indices_of_variables_that_do_not_exist() {
         let found = findings(|d| d.model_structure.outputs[1].index = index);
         assert!(
             found[0].contains(&format!(
-                "Outputs: Unknown with index = {index}: there is no such variable, the indices are 1 ... 11"
+                "Outputs: Unknown with index = {index}: no such variable, the indices are 1 ... 11"
             )),
             "{found:?}"
         );
@@ -426,6 +426,6 @@ fn of_many_findings_the_first_are_told_and_the_others_counted() {
     let found = findings(|d| d.model_structure.outputs.extend((0..1000).map(|k| unknown(100_000 + k))));
     // Two sentences on each of the 1000: the variable does not exist, and it is not an output.
     assert_eq!(found.len(), MOST_FINDINGS + 1, "{found:#?}");
-    assert!(found[0].starts_with("Outputs: Unknown with index = 100000: there is no such variable"), "{}", found[0]);
+    assert!(found[0].starts_with("Outputs: Unknown with index = 100000: no such variable"), "{}", found[0]);
     assert_eq!(found[MOST_FINDINGS], format!("and {} more", 2000 - MOST_FINDINGS));
 }

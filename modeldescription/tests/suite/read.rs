@@ -484,7 +484,7 @@ fn a_description_that_contradicts_itself_is_refused() {
     );
     assert!(
         refused("index=\"1\"", "index=\"7\"")
-            .contains("Outputs: Unknown with index = 7: there is no such variable, the indices are 1 ... 6")
+            .contains("Outputs: Unknown with index = 7: no such variable, the indices are 1 ... 6")
     );
     assert!(refused("dependencies=\" 3", "dependencies=\" 0").contains("dependencies has 0"));
     assert!(refused("dependent  fixed", "fixed").contains("dependenciesKind has 1 words for 2 dependencies"));

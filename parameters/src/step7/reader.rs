@@ -284,7 +284,7 @@ impl Reader<'_> {
             let elements = member.array.as_deref().map_or(Some(vec![String::new()]), elements);
             let count = elements.as_ref().map_or(0, Vec::len);
             let refusal = if elements.is_none() {
-                let most = "whose bounds are no numbers, or which has too many";
+                let most = "whose bounds are not numbers, or which has too many";
                 Some(format!("is an array of instances {most}; declare each instance by itself"))
             } else if member.has_initial_value {
                 Some("is an instance with values in the declaration; write them in the data block".to_string())

@@ -290,7 +290,7 @@ fn each_element_of_an_array_of_instances_is_a_loop() {
     assert_refused(
         &MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : ARRAY [1..COUNT] OF PUMP;"),
         &[
-            "plant.awl:15:4: `QIC` is an array of instances whose bounds are no numbers, or which has too many; declare \
+            "plant.awl:15:4: `QIC` is an array of instances whose bounds are not numbers, or which has too many; declare \
            each instance by itself",
         ],
     );
@@ -626,7 +626,7 @@ fn what_a_source_cannot_hold_is_a_sentence() {
     );
     assert!(write_tia(&mixer, "").is_ok());
     assert!(write(&[named(&"x".repeat(25))], "").unwrap_err().contains("STEP 7 takes names of at most 24 characters"));
-    assert!(write_tia(&[named("a\"b")], "").unwrap_err().contains("is no name of a data block"));
+    assert!(write_tia(&[named("a\"b")], "").unwrap_err().contains("is not a valid name of a data block"));
     assert!(write(&[named("tic"), named("TIC")], "").unwrap_err().starts_with("there are two loops `TIC`"));
     assert!(write(&[named("ПИД")], "").unwrap_err().contains("rename the loop"));
     assert!(write(&[named("Ã¤")], "").unwrap_err().contains("would be read as UTF-8"));

@@ -82,7 +82,7 @@ fn check(loops: &[Loop], longest: usize, tool: &str) -> Result<(), String> {
         let shown = quoted(name);
         if name.is_empty() || name.contains(|c: char| c.is_control() || c == '"') {
             return Err(format!(
-                "{shown} is no name of a data block: it is empty, or has a quote or a control character"
+                "{shown} is not a valid name of a data block: it is empty, or has a quote or a control character"
             ));
         }
         if name.chars().count() > longest {

@@ -40,7 +40,7 @@ pub fn declaration(text: &str) -> Result<Declared, String> {
         Some(_) => {
             let (place, rest) = rest[2..].split_once(':').ok_or_else(expected)?;
             let place = address(place)
-                .ok_or_else(|| format!("{} is no address of an input, an output or memory", place.trim()))?;
+                .ok_or_else(|| format!("{} is not an address of an input, an output or memory", place.trim()))?;
             (Some(place), rest)
         }
         None => (None, rest.strip_prefix(':').ok_or_else(expected)?),

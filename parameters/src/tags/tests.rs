@@ -104,7 +104,7 @@ fn rows_of_an_sdf_have_nine_cells_or_four() {
 fn a_damaged_address_is_told_with_its_row() {
     let wrong = |place: &str| table("a.sdf", &SDF.replace("%QW64", place)).unwrap_err().to_string();
     for damaged in ["%QW6x", "%XW64", "%Q4.8", "%Q1.2.3", "QW", "%QWB4"] {
-        let expected = "of `Speed` is no input, output or memory, such as %I0.0 or %QW4";
+        let expected = "of `Speed` is not an input, output or memory, such as %I0.0 or %QW4";
         assert_eq!(wrong(damaged), format!("a.sdf:2:1: the address `{damaged}` {expected}"));
     }
     // S5 timers and counters have addresses, too.
@@ -113,11 +113,11 @@ fn a_damaged_address_is_told_with_its_row() {
         assert_eq!(tags[1].address.as_deref(), address, "{place}");
     }
     let xml = table("Mixer.xml", &OPENNESS.replace("%I2.5", "%I2.9")).unwrap_err().to_string();
-    assert!(xml.starts_with("Mixer.xml:10:7: the address `%I2.9` of `Lid closed` is no input"), "{xml}");
+    assert!(xml.starts_with("Mixer.xml:10:7: the address `%I2.9` of `Lid closed` is not an input"), "{xml}");
     let row = |number, cells: [&str; 3]| (number, cells.map(String::from).to_vec());
     let rows = [row(1, ["Name", "Data Type", "Logical Address"]), row(3, ["Lid", "Bool", "I2,5"])];
     let sheet = of_sheet(&rows, &mut Tags::default()).unwrap_err();
-    assert!(sheet.starts_with("row 3: the address `I2,5` of `Lid` is no input"), "{sheet}");
+    assert!(sheet.starts_with("row 3: the address `I2,5` of `Lid` is not an input"), "{sheet}");
 }
 
 #[test]
@@ -161,7 +161,10 @@ fn a_line_declares_a_tag_or_a_constant() {
     let wrong = table("tags.txt", "Start : Bool\nStop\nLamp AT DB1.DBX0 : Bool\n").unwrap_err().to_string();
     let lines: Vec<&str> = wrong.lines().collect();
     assert!(lines[0].starts_with("tags.txt:2:1: write a name, a colon and a type: Start : Bool"), "{wrong}");
-    assert!(lines[1].starts_with("tags.txt:3:1: DB1.DBX0 is no address of an input, an output or memory"), "{wrong}");
+    assert!(
+        lines[1].starts_with("tags.txt:3:1: DB1.DBX0 is not an address of an input, an output or memory"),
+        "{wrong}"
+    );
 }
 
 #[test]

@@ -120,8 +120,5 @@ fn a_block_with_blocks_inside_is_not_dumped() {
 #[test]
 fn a_dump_holds_one_loop() {
     let loops = [Loop::new("A", pump()), Loop::new("B", pump())];
-    assert_eq!(
-        parameters::write(Format::Dump, &loops, ""),
-        Err("a dump holds one loop, not 2: write one alone".into())
-    );
+    assert_eq!(parameters::write(Format::Dump, &loops, ""), Err("a dump holds one loop, not 2: write only one".into()));
 }

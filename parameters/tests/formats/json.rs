@@ -152,6 +152,6 @@ fn what_the_file_cannot_hold_is_not_written() {
     );
     for format in [Format::Json, Format::Ssv, Format::Openness] {
         let error = parameters::write(format, &[Loop::new("A", pump()), Loop::new("A", valve())], "").unwrap_err();
-        assert_eq!(error, "two loops are called A: rename one, or write one alone");
+        assert_eq!(error, "two loops are called A: rename one, or write only one");
     }
 }

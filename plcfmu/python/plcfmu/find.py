@@ -75,4 +75,4 @@ def fmu(name: str, folder: Optional[Path] = None) -> pathlib.Path:
     else:
         remedy = f"make it with `cargo xtask fmu {name}`, or name another folder (argument or {VARIABLE})"
     there = f"; there are {', '.join(names)}" if names else ""
-    raise FmuNotFoundError(f"there is no {path}: {remedy}{there}")
+    raise FmuNotFoundError(f"no {path}: {remedy}{there}")

@@ -118,7 +118,7 @@ class Fmus:
         if given.lower().endswith(".fmu") or not isinstance(fmu, str):
             path = pathlib.Path(given)
             if not path.is_file():
-                raise find.FmuNotFoundError(f"there is no {path}")
+                raise find.FmuNotFoundError(f"no {path}")
         else:
             path = find.fmu(given, self.folder)
         path = path.resolve()

@@ -77,7 +77,7 @@ class Result:
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         if name not in self._arrays:
             if name not in self._rows:
-                raise KeyError(f"there is no signal {name}; there are {', '.join(self.names)}")
+                raise KeyError(f"no signal {name}; there are {', '.join(self.names)}")
             self._arrays[name] = np.array(self._rows[name])
         return self._arrays[name]
 

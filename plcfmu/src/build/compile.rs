@@ -230,8 +230,8 @@ pub fn artifacts_for(build: &mut Command, platform: &Platform) -> Result<Vec<Art
     }
     // Cargo may be configured to build the standard library itself. If it is not, its complaints are many.
     let _progress = Progress::spinner(&format!("building for {} ({})", platform.folder, platform.target));
-    let mut log = tempfile::tempfile().context("there is no place for cargo's messages")?;
-    let standard_error = log.try_clone().context("there is no place for cargo's messages")?;
+    let mut log = tempfile::tempfile().context("cannot create a temporary file for cargo's messages")?;
+    let standard_error = log.try_clone().context("cannot create a temporary file for cargo's messages")?;
     artifacts(build.stderr(standard_error)).map_err(|error| match read(&mut log) {
         Ok(messages) if messages.contains(NO_STANDARD_LIBRARY) => anyhow!(
             "{} cannot be built here: Rust's standard library for {target} is missing; install it with 'rustup target \

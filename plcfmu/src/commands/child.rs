@@ -28,6 +28,6 @@ pub fn run(options: &Options) -> Result<()> {
         worker::ROLE => worker::run(&options.folder, linked::find),
         #[cfg(feature = "server")]
         child::ROLE => child::run(&options.folder),
-        role => bail!("there is no role {role}"),
+        role => bail!("no role {role}"),
     }
 }

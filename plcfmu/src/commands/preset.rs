@@ -267,7 +267,7 @@ fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
     }
     let missing: Vec<String> =
         missing.into_iter().map(|(block, loops)| format!("{block} (of {})", loops.join(", "))).collect();
-    ensure!(missing.is_empty(), "there is no FMU of {}: name it, or its folder", missing.join(" and of "));
+    ensure!(missing.is_empty(), "no FMU of {}: name its file or folder", missing.join(" and of "));
     Ok(())
 }
 

@@ -78,7 +78,7 @@ fn write(options: &Options) -> Result<()> {
         Compiler::Step7 => Dialect::Step7,
     };
     let tape = Tape::new(name, options.calls as usize, options.seed);
-    let tape = tape.with_context(|| format!("there is no block {name}"))?;
+    let tape = tape.with_context(|| format!("no block {name}"))?;
     let own = options.block.clone().map(|block| Names { block, first: options.number });
     let names = own.or_else(|| Names::new(&tape, dialect).map(|names| Names { first: options.number, ..names }));
     let names = names.with_context(|| {

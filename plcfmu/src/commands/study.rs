@@ -130,7 +130,7 @@ pub fn run(options: &Options) -> Result<()> {
     let expectations = expectations.collect::<Result<Vec<_>>>()?;
     let main = report::main_figure(&reading.job, &figures).map_err(|error| reading.located(error, &options.study))?;
     if let Some(run) = options.curves.iter().find(|run| **run >= count) {
-        bail!("there is no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
+        bail!("no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
     }
     if let Some(folder) = &options.bundle {
         bundle::write(folder, &reading, count, pool.renews())?;

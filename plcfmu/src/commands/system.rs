@@ -111,7 +111,7 @@ impl Arguments {
             let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
             if extension.is_some_and(|extension| extension == "toml") || file == Source::STANDARD_INPUT {
                 if has_description {
-                    bail!("{file} is a second description: name one only, and FMUs beside it");
+                    bail!("{file} is a second description: name only one, with FMUs beside it");
                 }
                 has_description = true;
                 let members = std::mem::take(&mut system.members);

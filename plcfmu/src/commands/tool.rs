@@ -151,7 +151,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     for path in presets {
         let shown = || path.display().to_string();
         let file = collection.preset(path).with_context(shown)?;
-        start.files.push(file.with_context(|| format!("{}: there is no FMU of its block", path.display()))?);
+        start.files.push(file.with_context(|| format!("{}: no FMU of its block", path.display()))?);
     }
     Ok(Opened { collection, start })
 }

@@ -59,7 +59,7 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
         let path = format!("sources/{name}");
         if package.archive.find(&path).is_none() {
             let name = shortened(name);
-            report.errors.push(format!("{DESCRIPTION}: SourceFiles names {name:?}, and there is no {path:?}"));
+            report.errors.push(format!("{DESCRIPTION}: SourceFiles names {name:?}, but {path:?} is missing"));
         }
     }
     check_build(package, &mut report);
@@ -82,9 +82,7 @@ fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
         let is_source = |path: &str| path.starts_with("sources/") && !path.ends_with('/');
         if let Some(source) = package.archive.entries().iter().find(|entry| is_source(&entry.name)) {
             let source = shortened(&source.name);
-            report
-                .departures
-                .push(format!("there is {source:?}, and no {BUILD_DESCRIPTION:?} that says how to compile it"));
+            report.departures.push(format!("{source:?} has no {BUILD_DESCRIPTION:?} that describes how to compile it"));
         }
         return;
     }
@@ -96,9 +94,9 @@ fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
         Err(error) => return report.errors.push(format!("{BUILD_DESCRIPTION}: {error:#}")),
     };
     if let count @ 2.. = build.configurations.len() {
-        report
-            .remarks
-            .push(format!("{BUILD_DESCRIPTION}: of its {count} build configurations some hosts read the first alone"));
+        report.remarks.push(format!(
+            "{BUILD_DESCRIPTION}: it has {count} build configurations, of which some hosts read only the first"
+        ));
     }
     let kinds = [&package.description.co_simulation, &package.description.model_exchange];
     let own: Vec<&str> = kinds.into_iter().flatten().map(|of| of.model_identifier.as_str()).collect();
@@ -116,7 +114,7 @@ fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
             let path = format!("sources/{}", file.name);
             if package.archive.find(&path).is_none() {
                 let (name, path) = (shortened(&file.name), shortened(&path));
-                report.errors.push(format!("{BUILD_DESCRIPTION}: SourceFile names {name:?}, and there is no {path:?}"));
+                report.errors.push(format!("{BUILD_DESCRIPTION}: SourceFile names {name:?}, but {path:?} is missing"));
             }
         }
     }
@@ -487,7 +485,7 @@ mod tests {
                 configuration("FAN", "PUMP.c"),
                 "modelIdentifier = \"FAN\", but modelDescription.xml has \"PUMP\": correct one of them",
             ),
-            (configuration("PUMP", "FAN.c"), "SourceFile names \"FAN.c\", and there is no \"sources/FAN.c\""),
+            (configuration("PUMP", "FAN.c"), "SourceFile names \"FAN.c\", but \"sources/FAN.c\" is missing"),
         ] {
             let errors = report(Some(&build(&body))).errors;
             let [error] = &errors[..] else { panic!("{errors:?}") };
@@ -496,11 +494,11 @@ mod tests {
         }
         assert_eq!(
             report(Some(&build(&good.repeat(2)))).remarks,
-            ["sources/buildDescription.xml: of its 2 build configurations some hosts read the first alone"]
+            ["sources/buildDescription.xml: it has 2 build configurations, of which some hosts read only the first"]
         );
         assert_eq!(
             report(None).departures,
-            ["there is \"sources/PUMP.c\", and no \"sources/buildDescription.xml\" that says how to compile it"]
+            ["\"sources/PUMP.c\" has no \"sources/buildDescription.xml\" that describes how to compile it"]
         );
     }
 

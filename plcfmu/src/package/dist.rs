@@ -204,7 +204,7 @@ fn check_programs(platforms: &BTreeSet<String>, programs: &BTreeMap<&str, PathBu
     match platforms.iter().find(|platform| !programs.contains_key(platform.as_str())) {
         None => Ok(()),
         Some(platform) => bail!(
-            "the FMUs have libraries for {platform}, and there is no library of programs for it: pack all FMUs with 'cargo xtask \
+            "the FMUs have libraries for {platform}, but the library of programs for it is missing: pack all FMUs with 'cargo xtask \
              fmu --platform {platform}', and keep the folder {} beside them",
             program_library::FOLDER
         ),
@@ -395,7 +395,7 @@ mod tests {
         let programs = |names: &[&'static str]| names.iter().map(|name| (*name, PathBuf::new())).collect();
         check_programs(&platforms, &programs(&["darwin64", "linux64", "win64"])).unwrap();
         let error = check_programs(&platforms, &programs(&["linux64"])).unwrap_err().to_string();
-        assert!(error.starts_with("the FMUs have libraries for win64, and there is no library of programs"), "{error}");
+        assert!(error.starts_with("the FMUs have libraries for win64, but the library of programs"), "{error}");
     }
 
     #[test]

@@ -267,7 +267,7 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
     const WHAT: &str = "an FMU is made by a package with a cdylib that depends on fmu";
     if workspace.crates.is_empty() {
-        bail!("there is no FMU in {}: {WHAT}; 'plcfmu new NAME' makes one", workspace.root.display());
+        bail!("no FMU in {}: {WHAT}; 'plcfmu new NAME' makes one", workspace.root.display());
     }
     let is_named = |name: &str, fmu_crate: &FmuCrate| !fmu_crate.test_only && is_same(name, &fmu_crate.name);
     let names = |test_only: bool| -> String {
@@ -281,7 +281,7 @@ pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>>
     }
     for name in &options.names {
         if !workspace.crates.iter().any(|fmu_crate| is_named(name, fmu_crate)) {
-            bail!("there is no FMU {name}: the packages that make FMUs are {}", names(false));
+            bail!("no FMU {name}: the packages that make FMUs are {}", names(false));
         }
     }
     let is_all = options.names.is_empty() && options.packages.is_empty();
@@ -464,7 +464,7 @@ mod tests {
         for name in ["PUMPS", "boom"] {
             assert_eq!(
                 selected(&[name], &["valve"]).unwrap_err().to_string(),
-                format!("there is no FMU {name}: the packages that make FMUs are my-pump, valve")
+                format!("no FMU {name}: the packages that make FMUs are my-pump, valve")
             );
         }
     }
@@ -473,10 +473,7 @@ mod tests {
     fn a_workspace_without_an_fmu_is_told_what_makes_one() {
         let workspace = Workspace { crates: Vec::new(), ..workspace(Path::new("/w")) };
         let error = select(&workspace, &Options::default()).unwrap_err().to_string();
-        assert!(
-            error.starts_with("there is no FMU in /w: ") && error.ends_with("'plcfmu new NAME' makes one"),
-            "{error}"
-        );
+        assert!(error.starts_with("no FMU in /w: ") && error.ends_with("'plcfmu new NAME' makes one"), "{error}");
     }
 
     /// What is planned for these arguments: what is built, whether the library for this machine is packed.

@@ -317,7 +317,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
         contents.insert(format!("resources/{file}"), text);
     }
     let here = recorded.as_ref().or_else(|| libraries.get(host));
-    let here = here.with_context(|| format!("there is no library of programs for {host}"))?;
+    let here = here.with_context(|| format!("no library of programs for {host}"))?;
     let resources = unpacked.path().display().to_string();
     let response = &interface.table.responses[0];
     let mut recordings = reference::Recordings { responses: Vec::new(), characteristics: Vec::new() };

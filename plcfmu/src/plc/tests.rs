@@ -135,7 +135,7 @@ fn every_refusal_of_an_item_is_a_sentence() {
             "DB41 is shorter than 24 bytes, so that it is not an instance of this block, or it is an optimized data block",
         ),
         (0x06, "cannot read bytes of DB41 (code 0x06)"),
-        (0x0A, "there is no DB41 in the PLC, or it is an optimized data block"),
+        (0x0A, "no DB41 in the PLC, or it is an optimized data block"),
         (0x77, "refuses to read DB41 with the code 0x77"),
     ] {
         let error = refused(vec![confirmed(), granted(240), item(code, &[])]);
@@ -160,7 +160,7 @@ fn a_wrong_rack_or_slot_is_said() {
     let disconnect = message(&[6, 0x80, 0, 0, 0, 0, 0]);
     for answers in [vec![disconnect], vec![]] {
         let error = refused(answers);
-        assert!(error.starts_with("there is no CPU in rack 0, slot 2, or it takes no connections"), "{error}");
+        assert!(error.starts_with("no CPU in rack 0, slot 2, or it takes no connections"), "{error}");
     }
 }
 

@@ -156,7 +156,7 @@ fn number(kind: Type) -> u8 {
 }
 
 fn kind(number: u8) -> Result<Type> {
-    Type::ALL.get(usize::from(number)).copied().context("there is no such type")
+    Type::ALL.get(usize::from(number)).copied().context("no such type")
 }
 
 /// Runs the FMU unpacked in `folder` as standard input asks.

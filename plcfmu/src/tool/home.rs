@@ -309,7 +309,7 @@ impl FmuHome {
             None if uploads.waiting.iter().any(|(other, _)| other == name) => {
                 bail!("{} is native code that nobody has agreed to run", shortened(name))
             }
-            None => bail!("there is no FMU {:?}", shortened(name)),
+            None => bail!("no FMU {:?}", shortened(name)),
         }
     }
 }
@@ -352,7 +352,7 @@ impl Home for FmuHome {
         let is_of_block = |known: &&Arc<Known>| known.table.as_ref().is_some_and(|table| table.name == *block);
         let known = self.collection.fmus.iter().find(is_of_block).map(|known| &known.source);
         let Some(Source::Linked(_, path) | Source::Apart(path)) = known else {
-            bail!("there is no FMU of {block}: name it, or its folder with --fmus, when plcfmu tool is started")
+            bail!("no FMU of {block}: start plcfmu tool with its file, or with --fmus FOLDER")
         };
         let preset = Original::open(path).and_then(|mut original| original.preset(of));
         Ok(preset.with_context(|| path.display().to_string())?.bytes)

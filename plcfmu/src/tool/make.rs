@@ -146,7 +146,7 @@ fn tables(folder: &Path) -> Result<Vec<Table>> {
             tables.push(interface.with_context(|| path.display().to_string())?.table);
         }
     }
-    ensure!(!tables.is_empty(), "there is no FMU in {}: 'cargo xtask fmu' makes them", folder.display());
+    ensure!(!tables.is_empty(), "no FMU in {}: 'cargo xtask fmu' makes them", folder.display());
     tables.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(tables)
 }

@@ -163,7 +163,7 @@ impl Page {
 }
 
 fn source<'a>(sources: &'a Sources, file: &str) -> Result<&'a String> {
-    sources.get(file).with_context(|| format!("there is no file {file} for the page"))
+    sources.get(file).with_context(|| format!("no file {file} for the page"))
 }
 
 /// A style without comments and the blanks around signs that separate.
@@ -529,7 +529,7 @@ mod tests {
             change(&mut sources);
             assemble(&sources, &Content { home: Home::Page, data: &[] }).unwrap_err().to_string()
         };
-        assert_eq!(refusal(&|of| drop(of.remove("style.css"))), "there is no file style.css for the page");
+        assert_eq!(refusal(&|of| drop(of.remove("style.css"))), "no file style.css for the page");
         let ends = refusal(&|of| drop(of.insert("boot.js".into(), "'</SCRIPT>'".into())));
         assert_eq!(ends, "boot.js contains </script or <!--, which ends an element of HTML");
         let other = |html: &str| refusal(&|of| drop(of.insert("index.html".into(), html.into())));

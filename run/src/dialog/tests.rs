@@ -74,7 +74,7 @@ fn what_cannot_be_read_is_named_with_its_line() {
     let all = format!("[A]\n{REST}, I_SEL");
     let begins = "PID: the line ";
     let cases = [
-        ("setpoint: SPP", r#""setpoint: SPP" of its dialog: there is no variable "SPP"; did you mean SP?"#),
+        ("setpoint: SPP", r#""setpoint: SPP" of its dialog: no variable "SPP"; did you mean SP?"#),
         ("set point: SP", r#""set point: SP" of its dialog: "set point" is not a role: setpoint, process value"#),
         ("setpoint: SP, MAN", "setpoint has one name at most"),
         ("manual: MAN", "manual has two names: the switch and the value"),
@@ -88,7 +88,7 @@ fn what_cannot_be_read_is_named_with_its_line() {
         assert!(error.starts_with(begins) && error.contains(expected), "{line}: {error}");
     }
     let cases = [
-        ("GAIN if", r#"there is no variable "GAIN if""#),
+        ("GAIN if", r#"no variable "GAIN if""#),
         ("GAIN if P_SEL and", "write NAME or not NAME"),
         ("GAIN if P_SEL I_SEL", "write NAME or not NAME"),
         ("GAIN if OUT", "OUT is neither an input nor a parameter"),

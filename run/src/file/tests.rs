@@ -134,15 +134,12 @@ fn an_error_names_the_place_and_what_is_expected() {
             "loop.toml:5:11: expected the name of an input, \"FMU.INPUT\", or a list of such names; found 5",
         ),
         ("[[events]]\nset.PID.SP = 5\n", "loop.toml:4:1: missing field `time`"),
-        (
-            "[parameters]\nPDI = { file = \"x.json\" }\n",
-            "loop.toml:5:1: there is no PDI, only PID, FURNACE; did you mean PID?",
-        ),
+        ("[parameters]\nPDI = { file = \"x.json\" }\n", "loop.toml:5:1: no PDI, only PID, FURNACE; did you mean PID?"),
     ] {
         let sentence = error(&format!("{FMUS}{text}"));
         assert_eq!(sentence.lines().next().unwrap(), expected);
     }
-    assert_eq!(error("[fmus]\nPID = \"PDI.fmu\"\n"), "loop.toml:2:7: there is no file PDI.fmu; did you mean PID.fmu?");
+    assert_eq!(error("[fmus]\nPID = \"PDI.fmu\"\n"), "loop.toml:2:7: no file PDI.fmu; did you mean PID.fmu?");
     assert_eq!(error("fmus = {}\n"), "loop.toml: [fmus] is empty: write a line NAME = \"FILE.fmu\" for each FMU");
     assert!(error("").contains("missing field `fmus`"));
 }
@@ -221,7 +218,7 @@ fn values_of_a_parameter_file_give_way_to_settings() {
     let (folder, path) = folder(&text);
     fs::write(folder.path().join("plant.json"), json).unwrap();
     let sentence = format!("{:#}", read(&path, None, parameters).unwrap_err());
-    assert!(sentence.ends_with("loop.toml:5:37: there is no LOOPS, only LOOP; did you mean LOOP?"), "{sentence}");
+    assert!(sentence.ends_with("loop.toml:5:37: no LOOPS, only LOOP; did you mean LOOP?"), "{sentence}");
     fs::write(&path, text.replace("LOOPS", "LOOP") + &format!("[settings]\nPID.{name} = 1\n")).unwrap();
     let system = read(&path, None, parameters).unwrap();
     let (of_file, own): (Vec<_>, Vec<_>) = system.settings.iter().partition(|of| of.is_preliminary);

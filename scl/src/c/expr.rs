@@ -236,7 +236,7 @@ impl Printer<'_> {
 
     /// A variable as C text.
     pub(super) fn place(&mut self, place: &Place) -> Result<String, String> {
-        let function = self.scope.function.ok_or("there is no function")?;
+        let function = self.scope.function.ok_or("no function")?;
         let mut ty = self.type_of(&Place::new(place.base))?;
         let mut pointer = true;
         let mut text = match place.base {

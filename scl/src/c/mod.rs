@@ -683,7 +683,7 @@ impl<'a> Printer<'a> {
     }
 
     fn type_of(&self, place: &Place) -> Result<Type, String> {
-        let function = self.scope.function.ok_or("there is no function")?;
+        let function = self.scope.function.ok_or("no function")?;
         self.program
             .type_of(function, place)
             .ok_or_else(|| format!("{} has a place that does not exist", function.name))

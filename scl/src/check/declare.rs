@@ -124,7 +124,7 @@ impl Compiler<'_> {
                 BlockKind::Type => self.structure(id),
                 BlockKind::FunctionBlock => self.interface(id, span).map_or(Type::Wrong, Type::Instance),
                 _ => {
-                    self.error(span, format!("{name} is no type"), None);
+                    self.error(span, format!("{name} is not a type"), None);
                     Type::Wrong
                 }
             };

@@ -138,7 +138,7 @@ impl Starting<'_, '_> {
                         Some(Parameter { of, slot: Slot::Member(number), .. }) => {
                             self.member(record, number, &of, start, bytes);
                         }
-                        _ => self.compiler.error(name.span, format!("there is no member {}", name.text), None),
+                        _ => self.compiler.error(name.span, format!("no member {}", name.text), None),
                     }
                 }
             }

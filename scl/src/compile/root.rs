@@ -245,7 +245,7 @@ impl Compiler<'_> {
                     of.kind == BlockKind::FunctionBlock || what == "block" && of.kind == BlockKind::OrganizationBlock
                 });
                 let names: Vec<&str> = names.map(|of| of.name.as_str()).collect();
-                let message = format!("there is no {what} {name}; there are {}", names.join(", "));
+                let message = format!("no {what} {name}; there are {}", names.join(", "));
                 self.error(Span::default(), message, None);
                 None
             }

@@ -33,7 +33,7 @@ impl Program {
     pub fn add_law(&mut self, native: usize, law: &Program, call: usize) -> Result<(), String> {
         let (records, functions) = (self.records.len(), self.functions.len());
         let Body::Native(name) = self.functions[native].body else {
-            return Err(format!("{} is no block of this project", self.functions[native].name));
+            return Err(format!("{} is not a block of this project", self.functions[native].name));
         };
         let ty = |ty: &mut Type| {
             let mut of = ty;

@@ -262,7 +262,8 @@ impl Lowerer<'_> {
     }
 
     fn no_field(&mut self, element: &Element) {
-        let message = format!("{}: the operand is no element of an array of Bool and no bit of a word", element.name);
+        let message =
+            format!("{}: the operand is neither an element of an array of Bool nor a bit of a word", element.name);
         self.report.error(
             element.span,
             message,
@@ -323,7 +324,7 @@ impl Lowerer<'_> {
         let span = element.span;
         let Some(count) = self.whole(count).filter(|count| *count <= MOST_BITS_OF_A_WORD) else {
             let message = format!(
-                "{}: the number of bits of a word is no constant from 1 to {MOST_BITS_OF_A_WORD}",
+                "{}: the number of bits of a word is not a constant from 1 to {MOST_BITS_OF_A_WORD}",
                 element.name
             );
             self.report.error(span, message, Some("enter a number"));

@@ -336,7 +336,7 @@ impl Lowerer<'_> {
                 self.report.error(element.span, message, Some("wire all of them, or remove the open ones"));
             }
             Err(_) => {
-                let message = format!("{} has {} inputs, which is no number", element.name, quoted(card));
+                let message = format!("{} has {} inputs, which is not a number", element.name, quoted(card));
                 self.report.error(element.span, message, Some("export the block again"));
             }
         }

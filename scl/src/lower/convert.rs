@@ -77,7 +77,7 @@ impl Lowerer<'_, '_> {
             },
             Operand::Text(text, _) if to.class() == Class::Character => {
                 if text.len() != 1 {
-                    self.error(span, format!("a text of {} characters is no {}", text.len(), to.name()), None);
+                    self.error(span, format!("a text of {} characters is not a {}", text.len(), to.name()), None);
                 }
                 Expr::Const(Value::new(to.scalar(), text.first().copied().unwrap_or(0).into()))
             }
@@ -209,7 +209,7 @@ impl Lowerer<'_, '_> {
             (Date, Bits | Integer | Date) | (Bits | Integer, Date) => {
                 convert(value, from.scalar(), to.scalar(), Convert::Value, at)
             }
-            _ => return self.error(span, format!("there is no {}_TO_{}", from.name(), to.name()), None),
+            _ => return self.error(span, format!("no {}_TO_{}", from.name(), to.name()), None),
         };
         Operand::Value(to, value)
     }

@@ -201,7 +201,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
                 let value = self.converted(operand, *of, span);
                 match value {
                     Expr::Const(_) => Operand::Value(*of, value),
-                    _ => self.error(span, "this is no constant", None),
+                    _ => self.error(span, "this is not a constant", None),
                 }
             }
             (_, Some(Type::Wrong | Type::Missing(_))) => Operand::Wrong(None),
@@ -215,7 +215,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
             }
             (Operand::Fraction(_, narrow), None) => Operand::Value(Elementary::Real, Expr::Const(narrow.into())),
             (operand @ Operand::Value(_, Expr::Const(_)), None) => operand,
-            (_, None) => self.error(span, "this is no constant", None),
+            (_, None) => self.error(span, "this is not a constant", None),
         }
     }
 

@@ -190,7 +190,7 @@ impl Lowerer<'_, '_> {
             for (span, loops) in &label.jumps {
                 match &label.loops {
                     None => {
-                        self.error(*span, format!("there is no label {name} in this block"), None);
+                        self.error(*span, format!("no label {name} in this block"), None);
                     }
                     Some(inside) if !loops.starts_with(inside) => {
                         self.error(

@@ -94,7 +94,7 @@ impl Printer<'_> {
             }
             Expr::Load(_, place) => {
                 let (text, of) = self.place(place)?;
-                let of = of.ok_or_else(|| format!("{text} is no number"))?;
+                let of = of.ok_or_else(|| format!("{text} is not a number"))?;
                 self.converted(Printed::atom(text), of, want)
             }
             Expr::Unary(op, ty, a) => self.unary(*op, *ty, a, want),

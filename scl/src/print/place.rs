@@ -68,7 +68,7 @@ impl Printer<'_> {
                 let mut path: Vec<usize> = place.steps.iter().map_while(number).collect();
                 while !self.scope.interface.members.contains_key(&path) {
                     if path.pop().is_none() {
-                        return Err("a part of the instance is no parameter".to_string());
+                        return Err("a part of the instance is not a parameter".to_string());
                     }
                 }
                 let (ty, kind) = self.part(record, &path);
@@ -82,7 +82,7 @@ impl Printer<'_> {
                 };
                 Ok((text, member.ty.clone(), None, rest))
             }
-            _ => Err("a constant that is no text has no name in SCL".to_string()),
+            _ => Err("a constant that is not a text has no name in SCL".to_string()),
         }
     }
 

@@ -104,7 +104,7 @@ impl Printer<'_> {
         match what {
             What::Assign(to, value) => {
                 let (to, of) = self.place(to)?;
-                let value = self.value(value, of.ok_or_else(|| format!("{to} is no number"))?)?;
+                let value = self.value(value, of.ok_or_else(|| format!("{to} is not a number"))?)?;
                 self.line(&format!("{to} := {value};"));
             }
             What::Copy(to, from) => {
@@ -272,7 +272,7 @@ impl Printer<'_> {
         let callee = &self.program.functions[call.function];
         for (local, argument) in call.arguments.iter().enumerate() {
             let Argument::Reference(place) = argument else {
-                return Err(format!("{} of {} is no variable", callee.locals[local].name, callee.name));
+                return Err(format!("{} of {} is not a variable", callee.locals[local].name, callee.name));
             };
             let place = self.place(place)?.0;
             parts.push(format!("{} := {place}", self.interfaces[&call.function].locals[local]));

@@ -98,7 +98,7 @@ impl Outcome {
         let long = |at: usize| u32::from_be_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
         if long(0) != MAGIC {
             return Err(
-                "it is no result of a proof: its first bytes are not PLCF; read the data block ..._RESULT".into()
+                "it is not the result of a proof: its first bytes are not PLCF; read the data block ..._RESULT".into(),
             );
         }
         if short(4) != FORMAT {

@@ -20,7 +20,7 @@ fn errors_of_networks_name_the_place() {
         ),
         (
             "RUNG wire#w1 Coil( #y ) END_RUNG",
-            "B.s7dcl:8:6: FB B, network 1 \"Start\": nothing leads to wire#w1; end a rung with END_RUNG and the wire, or name it after an element",
+            "B.s7dcl:8:6: FB B, network 1 \"Start\": nothing leads to wire#w1; end a rung with END_RUNG and this wire, or write it after an element",
         ),
         (
             "RUNG wire#w1 wire#w2 Coil( #y ) END_RUNG RUNG wire#w2 END_RUNG wire#w1",

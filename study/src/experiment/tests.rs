@@ -643,8 +643,8 @@ fn a_recording_is_the_run_that_the_row_is_of() {
 fn an_fmu_that_cannot_be_instantiated_is_a_row_with_its_reason() {
     let experiment = experiment(vec![]);
     assert_eq!((experiment.count(), experiment.point(0)), (1, vec![]));
-    let row = Executor::<Box<dyn Reset>>::new(experiment).row(&[], |_| bail!("there is no library for this platform"));
-    assert_eq!(row.error.as_deref(), Some("there is no library for this platform"));
+    let row = Executor::<Box<dyn Reset>>::new(experiment).row(&[], |_| bail!("no library for this platform"));
+    assert_eq!(row.error.as_deref(), Some("no library for this platform"));
 }
 
 #[test]
@@ -741,7 +741,7 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
         Experiment::new(job, &descriptions.each_ref().map(|description| &**description), None)
     };
     let message = |job: &Job| format!("{:#}", none(job).unwrap_err());
-    assert!(message(&job).starts_with("there is no figure: name the loop's signals"), "{}", message(&job));
+    assert!(message(&job).starts_with("no figure: name the loop's signals"), "{}", message(&job));
     job.study.values = vec![Taken { variable: "P.TEMP".into(), take: vec![Take::Max] }];
     let experiment = none(&job).unwrap();
     assert_eq!(experiment.figures.len(), 1);

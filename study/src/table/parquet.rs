@@ -52,13 +52,13 @@ fn value(field: &Field) -> Result<Value> {
         Field::ULong(value) => *value as f64,
         Field::Float(value) => f64::from(*value),
         Field::Double(value) => *value,
-        Field::Null => bail!("there is no number: complete the row, or remove it"),
+        Field::Null => bail!("no number: complete the row, or remove it"),
         other => bail!(
             "{other} is neither a number nor true or false: write the column as DOUBLE, FLOAT, INT32, INT64 or BOOLEAN, numbers \
              without a unit"
         ),
     };
-    ensure!(number.is_finite(), "{number} is no finite number: correct it, or remove the row");
+    ensure!(number.is_finite(), "{number} is not a finite number: correct it, or remove the row");
     Ok(Value::Number(number))
 }
 
@@ -66,8 +66,8 @@ fn value(field: &Field) -> Result<Value> {
 fn name(field: &Field) -> Result<String> {
     match field {
         Field::Str(text) => Ok(text.clone()),
-        Field::Bytes(bytes) => Ok(bytes.as_utf8().context("the name is no text in UTF-8: correct it")?.to_string()),
-        Field::Null => bail!("there is no name: complete the row, or remove it"),
-        other => bail!("{other} is no text: write the names of loops as texts (BYTE_ARRAY)"),
+        Field::Bytes(bytes) => Ok(bytes.as_utf8().context("the name is not a text in UTF-8: correct it")?.to_string()),
+        Field::Null => bail!("no name: complete the row, or remove it"),
+        other => bail!("{other} is not a text: write the names of loops as texts (BYTE_ARRAY)"),
     }
 }

@@ -26,10 +26,7 @@ fn a_table_without_variables_or_with_a_gap_is_refused() {
         error("GAIN,TI\n1,2\n"),
         "loops.csv: no column is a variable: name columns FMU.VARIABLE, such as PUMP.SPEED"
     );
-    assert_eq!(
-        error("P.GAIN,P.TI\n1,2\n,4\n"),
-        "loops.csv:3:1: P.GAIN: there is no number: complete the row, or remove it"
-    );
+    assert_eq!(error("P.GAIN,P.TI\n1,2\n,4\n"), "loops.csv:3:1: P.GAIN: no number: complete the row, or remove it");
     assert_eq!(
         error("P.GAIN,P.TI,P.GAIN\n1,2,3\n"),
         "loops.csv: the columns 1 and 3 are both P.GAIN: remove one of them"
@@ -137,7 +134,7 @@ fn a_parquet_file_has_the_rows_of_the_csv() {
     let csv = "tag,P.GAIN,P.TI,P.N,P.M,P.ON,price\nTIC1,0.1,20.5,-3,5,TRUE,9\nTIC2,2.5,30,4,6,FALSE,9\n";
     assert_eq!(of().unwrap().axis, rows(csv).unwrap().axis);
     parquet_file(&path, &["TIC1", "TIC2"], &[1, 0]);
-    assert_eq!(of().unwrap_err(), ": row 2, column P.GAIN: there is no number: complete the row, or remove it");
+    assert_eq!(of().unwrap_err(), ": row 2, column P.GAIN: no number: complete the row, or remove it");
     parquet_file(&path, &["TIC1", "TIC1"], &[1, 1]);
     let twice = of().unwrap_err();
     assert!(twice.starts_with(": row 2: \"TIC1\" is the name of the loop at "), "{twice}");

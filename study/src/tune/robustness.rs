@@ -82,7 +82,7 @@ impl Linear {
     /// # Errors
     /// It has no linear form; the message names the reason and the remedy.
     pub fn new(job: &Job, table: &Arc<Table>) -> Result<Linear> {
-        let member = job.system.members.first().context("there is no controller")?;
+        let member = job.system.members.first().context("no controller")?;
         let values = of_member(job, &member.name);
         let member = Member { name: member.name.clone(), fmu: table.name.clone(), values };
         let controller = Controller::of_table(&member, table)?;

@@ -221,7 +221,7 @@ impl Fmus for TestHome {
         let table = match fmu {
             "PID" => Table::from(Pid::TABLE),
             "LAG" | FOREIGN => Table::from(Lag::TABLE),
-            _ => bail!("there is no FMU {fmu:?} here"),
+            _ => bail!("no FMU {fmu:?} here"),
         };
         Ok(Arc::new(ModelDescription::from_interface(&Interface::linked(table, "{0}")?)?.description()))
     }
@@ -231,7 +231,7 @@ impl Fmus for TestHome {
             "PID" => Ok(Some(Arc::new(Table::from(Pid::TABLE)))),
             "LAG" => Ok(Some(Arc::new(Table::from(Lag::TABLE)))),
             FOREIGN => Ok(None),
-            _ => bail!("there is no FMU {fmu:?} here"),
+            _ => bail!("no FMU {fmu:?} here"),
         }
     }
 
@@ -241,7 +241,7 @@ impl Fmus for TestHome {
             "PID" => Ok(Box::new(Linked::<Pid>::reliable())),
             "LAG" => Ok(Box::new(lag(Rc::new(Cell::new(f64::NAN)), Rc::default()))),
             FOREIGN => Ok(Box::new(lag(self.fails_at.clone(), self.fails_early.clone()))),
-            _ => bail!("there is no FMU {fmu:?} here"),
+            _ => bail!("no FMU {fmu:?} here"),
         }
     }
 }

@@ -108,7 +108,7 @@ fn two_members_of_one_name_are_refused_and_an_unknown_fmu_is_named() {
     let home = TestHome::default();
     let error = |a: &Member, b: &Member| format!("{:#}", propose(&home, a, b).unwrap_err());
     assert_eq!(error(&member("C", "PID"), &member("C", "LAG")), "two members are named C: rename one");
-    assert_eq!(error(&member("C", "PID"), &member("P", "<b>")), "there is no FMU \"<b>\" here");
+    assert_eq!(error(&member("C", "PID"), &member("P", "<b>")), "no FMU \"<b>\" here");
 }
 
 #[test]

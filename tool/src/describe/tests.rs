@@ -95,7 +95,7 @@ fn values_that_the_type_does_not_hold_are_errors_and_others_are_rounded() {
         ("MAN_ON", Value::Number(2.0), "MAN_ON = 2.0: a BOOL takes 0 and 1"),
         ("CYCLE", Value::Number(0.0001), "CYCLE = 0.0001 s: the time between two calls must be at least 0.001 s"),
         ("OUT", Value::Number(1.0), "OUT is output: only inputs and parameters can be set"),
-        ("<i>", Value::Number(1.0), "there is no variable \"<i>\""),
+        ("<i>", Value::Number(1.0), "no variable \"<i>\""),
     ];
     for (name, value, expected) in cases {
         let checked = check_pid(&[(name, value)]);
@@ -166,7 +166,7 @@ fn a_loop_of_an_unknown_block_or_with_an_unknown_setting_is_refused() {
         warnings: vec![],
     };
     let error = |one: &Loop| format!("{:#}", as_loop(&TestHome::default(), one).unwrap_err());
-    assert_eq!(error(&one("PUMP", vec![])), "A: there is no block \"PUMP\" here");
+    assert_eq!(error(&one("PUMP", vec![])), "A: no block \"PUMP\" here");
     assert_eq!(error(&one("fb7", vec![setting("OUT", 1.0)])), "A: PID has no setting \"OUT\"");
     assert_eq!(error(&one("PID", vec![setting("BITS", 0.5)])), "A: BITS = 0.5: an INT takes -32768 ... 32767");
 }

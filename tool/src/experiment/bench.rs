@@ -65,7 +65,7 @@ impl<'a> Bench<'a> {
     /// Goes to manual mode without moving the actuator.
     pub(super) fn hold(home: &'a dyn Home, session: &'a mut Session) -> Result<Bench<'a>> {
         let record = session.record(None)?;
-        let controller = record.members().next().context("there is no controller")?.clone();
+        let controller = record.members().next().context("no controller")?.clone();
         ensure!(record.members().nth(1).is_some(), "nothing answers {}: connect a plant first", controller.name);
         let roles = describe(home, &controller.fmu)?.roles;
         let fmu = &controller.fmu;

@@ -56,7 +56,7 @@ pub fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
         let tags = workbook(parts).map_err(|wrong| anyhow!("{name}: {wrong}"))?;
         tables.extend(tags.map(|tags| (name.to_string(), tags)));
     }
-    ensure!(!sources.is_empty(), "there is no source: open files that end in .scl, .udt, .db, .s7dcl, .xml or .awl");
+    ensure!(!sources.is_empty(), "no source: open files that end in .scl, .udt, .db, .s7dcl, .xml or .awl");
     parts(manifest, sources, tables).map_err(Error::msg)
 }
 

@@ -206,7 +206,7 @@ pub(super) fn before_and_after(
         let request = step::request(&controller, of, of.step, exchange);
         let (predicted, _) = predict::predict(home, &controller, &request, &member.values)?;
         let begin = predicted.setpoint.iter().position(|setpoint| Some(setpoint) == predicted.setpoint.last());
-        let begin = begin.context("there is no step")?;
+        let begin = begin.context("no step")?;
         duration = duration.max(predicted.times[predicted.times.len() - 1] - predicted.times[begin]);
         settled = settled.max(predicted.settling.unwrap_or_default());
         sides.push((controller, request));

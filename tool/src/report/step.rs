@@ -213,7 +213,7 @@ pub(crate) fn forecast(
     tuning: &Tuning,
 ) -> Result<Option<Forecasted>> {
     let record = session.record(run)?;
-    let fmu = &record.setup().members.first().context("there is no controller")?.fmu;
+    let fmu = &record.setup().members.first().context("no controller")?.fmu;
     let roles = describe(home, fmu)?.roles;
     let figures = signals::figures(home, session, &FiguresRequest { run, ..FiguresRequest::default() })?;
     let Some(step) = &figures.step else { return Ok(None) };

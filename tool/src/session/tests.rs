@@ -291,7 +291,7 @@ fn a_ramp_that_cannot_be_is_refused() {
     let mut session = started(&home);
     let cases = [
         ("C.MAN_ON", 1.0, 1.0, "C.MAN_ON is Boolean: only a number can move evenly"),
-        ("C.SP", 1.0, -1.0, "a ramp of -1.0 s: it takes 0 to 50000.0 s, 100000 calls"),
+        ("C.SP", 1.0, -1.0, "a ramp of -1.0 s: the allowed range is 0 to 50000.0 s, 100000 calls"),
         ("C.SP", 1.0, f64::NAN, "a ramp of NaN s"),
         ("C.SP", 1.0, 1e9, "a ramp of 1000000000.0 s"),
         ("C.SP", 1e300, 1.0, "a REAL takes finite numbers"),
@@ -336,7 +336,7 @@ fn a_setup_that_cannot_run_is_refused_and_the_present_run_goes_on() {
     let wired = |from: &str, to: &str| Setup { connections: vec![(from.into(), to.into())], ..setup("LAG") };
     let cases = [
         (Setup::default(), "nothing to run"),
-        (one("C", "NO_SUCH", &[]), "there is no FMU \"NO_SUCH\" here"),
+        (one("C", "NO_SUCH", &[]), "no FMU \"NO_SUCH\" here"),
         (one("", "PID", &[]), "the name of member 1 has 0 characters"),
         (one(&"x".repeat(201), "PID", &[]), "the name of member 1 has 201 characters"),
         (both("C", "C"), "two members are named C: rename one"),
@@ -408,7 +408,7 @@ fn five_earlier_runs_are_kept_and_can_be_viewed() {
     }
     assert_eq!(
         error(session.record(Some(0)).map(Record::calls)),
-        "there is no run 0: the present one and the 5 before it are kept"
+        "no run 0: the present one and the 5 before it are kept"
     );
     for run in 1..=5 {
         assert_eq!(session.record(Some(run)).unwrap().calls(), run + 1);

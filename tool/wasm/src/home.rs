@@ -53,7 +53,7 @@ impl Linked {
 
     fn find(&self, name: &str) -> Result<&Fmu> {
         let found = self.fmus.iter().find(|fmu| fmu.table.name == name);
-        found.with_context(|| format!("there is no FMU {:?}", shortened(name)))
+        found.with_context(|| format!("no FMU {:?}", shortened(name)))
     }
 }
 
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn what_is_missing_is_named_with_what_to_do() {
         let home = Linked::new();
-        assert_eq!(home.table("PUMP").unwrap_err().to_string(), "there is no FMU \"PUMP\"");
+        assert_eq!(home.table("PUMP").unwrap_err().to_string(), "no FMU \"PUMP\"");
         let block = home.blocks().remove(0);
         let refusal = home.preset(&Loop::new("TIC101", block)).unwrap_err().to_string();
         assert_eq!(refusal, "TIC101: the page has no FMU of CONT_C: give it one");

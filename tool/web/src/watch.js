@@ -71,7 +71,7 @@ function add() {
     [name, loop && called(loop, name)].some((one) => one?.toUpperCase() === wanted),
   );
   if (!loop || !wanted) return;
-  adding.setCustomValidity(found ? "" : `${adding.value} is no variable: choose one of the list.`);
+  adding.setCustomValidity(found ? "" : `${adding.value} is not a variable: choose one of the list.`);
   adding.reportValidity();
   if (!found) return;
   adding.value = "";

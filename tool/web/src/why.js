@@ -143,7 +143,7 @@ async function explained(loop, name, call) {
   if (wire) return says("It comes from ", operand(loop, wire[0], now, call), ".");
   if (variable && isSettable(variable)) return says(`It is an input that you set: it has had this value${since}.`);
   const of = fmu ? programNamed(fmu) : undefined;
-  if (!of) return says(`${member} is no program: what it does inside is not known. It has had this value${since}.`);
+  if (!of) return says(`${member} is not a program: its inside is unknown. It has had this value${since}.`);
   if (call >= MOST_CALLS) return says(`Which statements ran is known of the first ${MOST_CALLS} cycles only.`);
   const all = writesOf(of.compiled, own);
   if (all.length === 0) return says("No statement of the program writes it: it has its start value.");

@@ -91,7 +91,7 @@ fn a_workbook_that_would_fill_the_memory_is_refused() {
     bomb.insert(strings.into(), vec![b' '; 40 << 20]);
     assert!(wrong(&bomb).contains("xl/sharedStrings.xml"), "{}", wrong(&bomb));
     let without = wrong(&with("xl/worksheets/sheet1.xml", "<v>1</v>", "<v>7</v>"));
-    assert_eq!(without, "xl/worksheets/sheet1.xml: there is no shared text `7`");
+    assert_eq!(without, "xl/worksheets/sheet1.xml: no shared text `7`");
     let other = with("xl/worksheets/sheet1.xml", "Logical Address", "Where");
     // What has no tags may still have constants.
     assert_eq!(read(workbook(&other)).unwrap().tags, []);

@@ -34,7 +34,7 @@ pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
 pub fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, report: &mut Report) -> Tree {
     if let Some(at) = text.find('\0') {
         let at = at as u32;
-        report.error(Span { file, start: at, end: at + 1 }, "this is no text: it has a character 0", Some(SAVE));
+        report.error(Span { file, start: at, end: at + 1 }, "this is not a text: it has a character 0", Some(SAVE));
         return Tree::default();
     }
     let tree = Tree { may_set_eno: may_set_eno(text), ..Tree::default() };
@@ -208,7 +208,7 @@ impl<'a> Parser<'a> {
                 return self.refuse(token.span, "this text or name does not end in its line", None);
             }
             Kind::Symbol if self.text_of(token) == "=" && &self.text[self.before().range()] == "=" => {
-                return self.refuse(token.span, "there is no == in SCL", Some("= compares, := assigns"));
+                return self.refuse(token.span, "SCL has no ==", Some("= compares, := assigns"));
             }
             _ => parameters::problem::quoted(self.text_of(token)),
         };

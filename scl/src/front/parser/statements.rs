@@ -218,7 +218,7 @@ impl Parser<'_> {
             arms.push((condition, self.statements(false)));
             if self.is_misspelt_elsif() {
                 // Reported as an error, and parsed as intended.
-                let message = format!("there is no {} in SCL", self.word_ahead(0));
+                let message = format!("SCL has no {}", self.word_ahead(0));
                 let _ = self.refuse::<()>(self.span(), &message, Some("write ELSIF"));
             } else if !self.is_word("ELSIF") {
                 break;

@@ -184,7 +184,7 @@ impl Reader<'_> {
         for element in element.children("Subelement") {
             let Some(value) = element.child("StartValue") else { continue };
             let Some(filled) = element.attribute("Path").and_then(|indices| filled(path, arrays, indices)) else {
-                let message = "the path of this start value is no list of indices";
+                let message = "the path of this start value is not a list of indices";
                 self.report.error(self.span(element), message, Some("export the block again"));
                 continue;
             };

@@ -100,7 +100,7 @@ impl Reader<'_> {
                 }
                 "Part" | "Call" => parts.push((uid.parse().unwrap_or(number as u64), uid, part)),
                 other => {
-                    let message = format!("{} is no part of a network that is read", quoted(other));
+                    let message = format!("{} is not a supported part of a network", quoted(other));
                     self.report.error(self.span(part), message, Some("draw the network again"));
                 }
             }
@@ -210,7 +210,7 @@ impl Reader<'_> {
             // An open pin receives no value.
             "OpenCon" | "Openbranch" => None,
             other => {
-                let message = format!("a wire begins at {}, which is no end of a wire", quoted(other));
+                let message = format!("a wire begins at {}, which is not a valid end of a wire", quoted(other));
                 return self.report.error(self.span(from), message, Some("export the block again"));
             }
         };
@@ -251,7 +251,7 @@ impl Reader<'_> {
                     }
                 }
                 other => {
-                    let message = format!("a wire leads to {}, which is no end of a wire", quoted(other));
+                    let message = format!("a wire leads to {}, which is not a valid end of a wire", quoted(other));
                     self.report.error(self.span(end), message, Some("export the block again"));
                 }
             }

@@ -286,7 +286,7 @@ impl Graph<'_, '_, '_> {
         let flows = self.wires.get(&name).cloned().unwrap_or_default();
         if flows.is_empty() {
             let message = format!("nothing leads to wire#{}", wire.text);
-            self.error(wire.span, message, "end a rung with END_RUNG and the wire, or name it after an element");
+            self.error(wire.span, message, "end a rung with END_RUNG and this wire, or write it after an element");
         }
         open.push(name.clone());
         let mut sources = Vec::new();

@@ -79,7 +79,7 @@ impl<'a> Reader<'a> {
     fn next(&mut self) -> Result<(Event<'a>, Marker), Stopped> {
         match self.events.next_event() {
             Some(Ok((event, span))) => Ok((event, span.start)),
-            Some(Err(error)) => Err((*error.marker(), format!("this is no YAML: {}", error.info()))),
+            Some(Err(error)) => Err((*error.marker(), format!("this is not YAML: {}", error.info()))),
             None => Ok((Event::StreamEnd, Marker::default())),
         }
     }
@@ -191,7 +191,7 @@ mod tests {
     fn what_is_no_list_of_texts_is_told_with_its_place() {
         let cases = [
             ("Texts:\n", "a.s7res:1:1: expected MultiLingualTexts, found a text"),
-            ("MultiLingualTexts:\n  - id: a\n    en-US: 1: 2\n", "a.s7res:3:13: this is no YAML: "),
+            ("MultiLingualTexts:\n  - id: a\n    en-US: 1: 2\n", "a.s7res:3:13: this is not YAML: "),
             ("MultiLingualTexts:\n  - id: &x a\n    en-US: *x\n", "a.s7res:3:12: expected a text, found an alias"),
             ("MultiLingualTexts:\n  - id: a\n    en-US: [[[[[[]]]]]]\n", "a.s7res:3:12: expected a text, found a list"),
             ("MultiLingualTexts:\n  - [a]\n", "a.s7res:2:5: expected the id of a text, found a list"),

@@ -80,7 +80,7 @@ impl Lowerer<'_, '_> {
         };
         let Some(Variable { of: Type::Instance(block), place, .. }) = self.target(id) else { return };
         if !self.compiler.is_timer(block) {
-            self.error(self.span(id), "this is no timer", None);
+            self.error(self.span(id), "this is not a timer", None);
             return;
         }
         let members = self.compiler.blocks[block].members.clone();

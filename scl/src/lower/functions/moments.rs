@@ -153,7 +153,7 @@ impl Lowerer<'_, '_> {
             |moment: Moment| is_duration(moment) || matches!(moment, Moment::Of(Elementary::Tod | Elementary::LTod));
         if is_of_day(from) && !is_of_day(to) || is_duration(to) && !is_of_day(from) {
             let help = Some("a time of day has no date: use T_COMBINE");
-            return Some(self.error(given.span, format!("there is no {}", given.name), help));
+            return Some(self.error(given.span, format!("no {}", given.name), help));
         }
         let operand = self.argument(given, "IN", 0);
         let operand = match (self.moment_of(&operand), from, operand) {

@@ -338,7 +338,7 @@ impl<'a> Compiler<'a> {
         let number = match known {
             Some(number) => number,
             None => {
-                let (law, size) = law(name).ok_or_else(|| format!("there is no block {name}"))?;
+                let (law, size) = law(name).ok_or_else(|| format!("no block {name}"))?;
                 self.natives.push((name, law, size));
                 self.natives.len() - 1
             }

@@ -96,7 +96,7 @@ impl Compiler<'_> {
             }
             What::For(it) => self.count(scope, it),
             What::Break | What::Continue => {
-                let (end, next) = *scope.loops.last().ok_or("there is no loop around")?;
+                let (end, next) = *scope.loops.last().ok_or("no loop around")?;
                 let to = if *what == What::Break { end } else { next };
                 self.emit(scope, Op::Jump { to: to as Target });
                 scope.run = None;

@@ -57,7 +57,7 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
             card("99999999999999999999"),
             bools(),
             "out",
-            "O: O has `99999999999999999999` inputs, which is no number",
+            "O: O has `99999999999999999999` inputs, which is not a number",
         ),
         ("O", card("4000000000"), bools(), "out", "O: O has 4000000000 inputs, of which 2 are wired"),
         ("A", String::new(), vec![("in1", local("a")), ("operand", local("a"))], "q", "A #a: A has no pin q"),
@@ -79,7 +79,7 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
             String::new(),
             vec![("en", local("a")), ("operand", local("y")), ("n", int(2))],
             "eno",
-            "SBitfield #y: SBitfield: the operand is no element of an array of Bool and no bit of a word",
+            "SBitfield #y: SBitfield: the operand is neither an element of an array of Bool nor a bit of a word",
         ),
         (
             "SBitfield",
