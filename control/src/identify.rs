@@ -174,7 +174,9 @@ pub fn identify(recorded: &Recorded, method: Method, is_integrating: bool) -> Re
         (Method::LeastSquares, true) => least_squares::integrating(&step)?,
         (Method::LeastSquares, false) => least_squares::lags(&step)?,
         (Method::Tangent, true) => methods::integrating_tangent(&step)?,
-        (_, true) => bail!("{} needs an answer that ends, and the plant integrates: take least squares", name(method)),
+        (_, true) => {
+            bail!("{} needs a response that settles, but the plant integrates: take least squares", name(method))
+        }
         (_, false) => {
             step.require_end(name(method))?;
             match method {

@@ -41,7 +41,7 @@ pub const FILTER: f64 = 10.0;
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Rule {
-    /// Ziegler and Nichols, from the step answer.
+    /// Ziegler and Nichols, from the step response.
     ZieglerNicholsStep,
     /// Ziegler and Nichols, from the ultimate gain.
     ZieglerNicholsUltimate,

@@ -219,7 +219,7 @@ impl Controller {
     pub fn new(home: &dyn Fmus, member: &Member) -> Result<Controller> {
         let fmu = &member.fmu;
         let table = home.table(fmu)?.with_context(|| {
-            format!("{fmu} is a foreign FMU: what its settings mean is not known, and it cannot be tuned")
+            format!("{fmu} is a foreign FMU: the meaning of its settings is unknown, so it cannot be tuned")
         })?;
         Controller::of_table(member, &table)
     }

@@ -388,7 +388,7 @@ fn unfit(kind: Type, value: f64) -> anyhow::Error {
         Some((low, high)) if kind != Type::Integer => {
             anyhow!("{value:?} is not a whole number from {low} to {high}, as {} has", kind.name())
         }
-        None if kind.is_floating() => anyhow!("{value:?} is beyond the numbers of {}", kind.name()),
+        None if kind.is_floating() => anyhow!("{value:?} is outside the range of {}", kind.name()),
         _ => anyhow!("{value:?} is not an integer of 32 bits"),
     }
 }

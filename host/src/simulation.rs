@@ -39,7 +39,7 @@ impl Fmus {
             };
             let is_there_twice = of.members.iter().any(|(_, other)| *other == place);
             if is_there_twice && of.fmus[place].can("canBeInstantiatedOnlyOncePerProcess") {
-                bail!("{} can be instantiated only once per process: a run cannot have two of it", shown());
+                bail!("{} can be instantiated only once per process: a run cannot contain it twice", shown());
             }
             of.members.push((member.name.clone(), place));
         }

@@ -100,7 +100,7 @@ impl Body<'_, '_> {
                     return Err(self.error(expr.span(), "a range has both ends here"));
                 };
                 let ty = self.common(start, end)?;
-                let kept = ty.kept().ok_or_else(|| self.error(expr.span(), "the type of this range is open"))?;
+                let kept = ty.kept().ok_or_else(|| self.error(expr.span(), "the type of this range is ambiguous"))?;
                 let (low, _) = self.number(start, Some(&ty))?;
                 let (high, _) = self.number(end, Some(&ty))?;
                 Ok(Val::Range(low, high, matches!(it.limits, syn::RangeLimits::Closed(_)), kept))

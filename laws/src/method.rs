@@ -34,7 +34,7 @@ impl Body<'_, '_> {
                 let ty = match (arguments.first(), want) {
                     (Some(argument), _) => self.common(&it.receiver, argument)?,
                     (None, Some(want)) => want.clone(),
-                    (None, None) => return Err(self.error(it.receiver.span(), "the type of this number is open")),
+                    (None, None) => return Err(self.error(it.receiver.span(), "the type of this number is ambiguous")),
                 };
                 self.value(&it.receiver, Some(&ty))?
             }

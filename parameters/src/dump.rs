@@ -52,7 +52,8 @@ pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Re
             report.remark(None, format!("byte {place}: {} is not a finite number", member.name));
         }
         if member.role == Role::Cycle && matches!(value, Value::Time(cycle) if cycle <= Time::ZERO) {
-            let message = format!("byte {place}: {} is not above 0: no instance that runs has this", member.name);
+            let message =
+                format!("byte {place}: {} is not above 0: a running instance never has this value", member.name);
             report.remark(None, message);
         }
         one.set(index, value, Origin::Data { file: source.file.clone(), address: place });

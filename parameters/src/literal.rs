@@ -132,7 +132,7 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
             let (low, high) = kind.whole().unwrap_or_default();
             match (low..=high).contains(&number) {
                 true => Ok(Value::Whole(kind, number as u64 as i64)),
-                false => Err(Refusal::Range("a number that the type has bits for")),
+                false => Err(Refusal::Range("a number that fits the bits of the type")),
             }
         }
     }

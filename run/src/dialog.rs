@@ -292,7 +292,7 @@ impl Roles {
         };
         if names.len() > most {
             let most = if most == 1 { "one name".into() } else { format!("{most} names") };
-            bail!("{role} has {most} at most");
+            bail!("{role} has at most {most}");
         }
         let first = names[0].clone();
         match role {

@@ -332,7 +332,7 @@ fn what_may_surprise_is_told() {
     warned("#in := 1;", "an input is written to, which the caller does not see");
     warned(
         "FOR #i := 1 TO 32767 DO ; END_FOR;",
-        "the loop goes to the limit of INT: here it ends, a CPU may count for ever",
+        "the loop counts to the limit of INT: it ends here, but may run forever on a CPU",
     );
     warned("#i := LIMIT_REAL(MN := 0.0, IN := #r, MX := 5);", "REAL becomes INT: it is rounded");
     warned("ABS(#i);", "the value of ABS is not used");

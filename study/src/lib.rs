@@ -156,7 +156,7 @@ pub fn clear(folder: &Path, is_old: impl Fn(&str) -> bool) -> Result<()> {
 
 /// Creates a folder and its parents.
 fn make_folder(path: &Path) -> Result<()> {
-    fs::create_dir_all(path).with_context(|| format!("the folder {} cannot be made", path.display()))
+    fs::create_dir_all(path).with_context(|| format!("the folder {} cannot be created", path.display()))
 }
 
 #[cfg(test)]

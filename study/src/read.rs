@@ -199,7 +199,7 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     if let Some(samples) = &content.samples {
         let (least, most) = (SAMPLES.start(), SAMPLES.end());
         let place = reader.place(samples.span());
-        ensure!(SAMPLES.contains(samples.get_ref()), "{place}: samples is from {least} to {most}");
+        ensure!(SAMPLES.contains(samples.get_ref()), "{place}: samples must be from {least} to {most}");
     }
     let fixed: Vec<String> = reader.all_settings(&content.settings, &[])?.into_iter().map(|of| of.variable).collect();
     let mut tables = Vec::new();
@@ -586,6 +586,6 @@ mod tests {
         assert!(wrong.starts_with("study.toml:4:1: unknown field `value`, expected one of"), "{wrong}");
         assert!(wrong.ends_with("; did you mean values?"), "{wrong}");
         assert_eq!(other("[settings]\nC = 3"), "study.toml:3:1: C is an FMU: name its variable, C.VARIABLE = VALUE");
-        assert!(error("loop = \"loop.toml\"\nsamples = 0").ends_with("samples is from 1 to 1000000000"));
+        assert!(error("loop = \"loop.toml\"\nsamples = 0").ends_with("samples must be from 1 to 1000000000"));
     }
 }

@@ -182,7 +182,9 @@ impl Robustness {
     ) -> Result<Robustness> {
         let controller = job.system.members.first().map_or("", |member| &member.name);
         let table = tables.first().and_then(Option::as_ref).with_context(|| {
-            format!("{controller} is a foreign FMU: what its settings mean is not known; bound overshoot instead of Ms")
+            format!(
+                "{controller} is a foreign FMU: the meaning of its settings is unknown; bound overshoot instead of Ms"
+            )
         })?;
         let linear = Linear::new(job, &Arc::new(table.clone()))?.with_pulse_former(job, tables)?;
         let ignored = tune.search.iter().map(|of| of.variable.as_str()).filter(|name| !linear.has(name));
@@ -374,7 +376,7 @@ fn variable(job: &Job, search: &mut Search) -> Result<f64> {
     let value = match set.map(|of| of.value) {
         Some(Value::Number(value)) => Some(value),
         Some(Value::Whole(value)) => Some(value as f64),
-        Some(Value::Boolean(_)) => bail!("{name} is set to a truth value, and it is a number"),
+        Some(Value::Boolean(_)) => bail!("{name} is set to a truth value, but it is a number"),
         None => description.start(own),
     };
     Ok(value.unwrap_or_default())

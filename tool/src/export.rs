@@ -287,7 +287,7 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
         calls = forced.call;
         let (name, time) = (&record.columns()[forced.column].name, record.time(calls));
         if calls == 0 {
-            bail!("{name} is forced from the beginning, which a description cannot do: release it, and run again");
+            bail!("{name} is forced from the beginning, which a description cannot express: release it, and run again");
         }
         remarks.push(format!(
             "It ends at call {calls} ({time:?} s), when {name} was written: a description sets inputs and parameters only."

@@ -26,7 +26,7 @@ fn known(name: &str, text: &str) -> Result<KnownLoop> {
 pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     let system = file::parse(name, text)?;
     if system.members.is_empty() {
-        bail!("{name} has no FMU: a loop needs [fmus] with one at least");
+        bail!("{name} has no FMU: a loop needs [fmus] with at least one");
     }
     let start = system.start.unwrap_or(0.0);
     let at_the_start: Vec<_> = system.settings.iter().filter(|setting| setting.time.is_none()).collect();

@@ -258,7 +258,7 @@ impl Record {
         let columns = view.variables.iter().map(|name| self.column(name)).collect::<Result<Vec<_>>>()?;
         let mut curves = self.trace.curves(&columns, self.calls_between(view.from, view.to), view.points);
         for (name, period) in view.means.iter().flatten() {
-            let at = view.variables.iter().position(|variable| variable == name).context("a mean of no curve")?;
+            let at = view.variables.iter().position(|variable| variable == name).context("a mean without a curve")?;
             let length = (period / self.step).round().max(1.0) as usize;
             curves.values[at] = self.trace.means(columns[at], &curves.calls, length);
         }

@@ -66,7 +66,7 @@ impl Motor {
         let controller = Controller::new(home, member)?;
         let time = controller.motor_time_setting().filter(|_| controller.is_step_controller()).map(str::to_string);
         let Some(time) = time.filter(|_| controller.roles.pulses.len() == 2) else {
-            bail!("{} has no manipulated value, and what its pulses move is not known: {REMEDY}", member.fmu);
+            bail!("{} has no manipulated value, and the travel of its pulses is unknown: {REMEDY}", member.fmu);
         };
         let seconds = last(record, &member.name, &time)?;
         if seconds <= 0.0 {

@@ -102,7 +102,7 @@ fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
             format!("commit or remove {}", changed.lines().map(|line| line[3..].trim()).collect::<Vec<_>>().join(", "))
         }),
         Check::new(format!("the tag {tag} is new"), tags.is_empty(), || {
-            format!("choose another version than {version}")
+            format!("choose a version other than {version}")
         }),
     ])
 }

@@ -135,7 +135,7 @@ pub(super) fn completeness(step: &Step, model: &Model) -> Result<Option<String>>
     let percent = shown * 100.0;
     if shown < SHOWN {
         bail!(
-            "the record is too short: it shows {percent:.0} % of the answer that the model expects (time constant {:.4} s), and {:.0} % \
+            "the record is too short: it shows {percent:.0} % of the response that the model predicts (time constant {:.4} s), and {:.0} % \
              is the least: record longer, or choose an integrating plant",
             model.time_constant,
             SHOWN * 100.0
@@ -143,7 +143,7 @@ pub(super) fn completeness(step: &Step, model: &Model) -> Result<Option<String>>
     }
     let is_short = shown < 0.8;
     Ok(is_short.then(|| {
-        format!("The record shows only {percent:.0} % of the answer that the model expects: gain and time constant are uncertain.")
+        format!("The record shows only {percent:.0} % of the response that the model predicts: gain and time constant are uncertain.")
     }))
 }
 

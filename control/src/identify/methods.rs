@@ -98,14 +98,14 @@ fn steepest(step: &Step) -> Result<Tangent> {
     };
     let (interval, most) = (step.interval(), (step.times.len() / 10).max(2));
     let mut count = 2;
-    let mut found = steepest_of(step, count).context("the answer has no slope")?;
+    let mut found = steepest_of(step, count).context("the response has no slope")?;
     while count < most {
         let uncertainty = step.noise * 12.0_f64.sqrt() / (interval * (count as f64).powf(1.5));
         if uncertainty <= 0.05 * found.slope.abs() {
             break;
         }
         count = (count * 5 / 4 + 1).min(most);
-        found = steepest_of(step, count).context("the answer has no slope")?;
+        found = steepest_of(step, count).context("the response has no slope")?;
     }
     Ok(found)
 }

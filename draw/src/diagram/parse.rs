@@ -129,7 +129,7 @@ impl Diagram {
         let true_is_upper = match (word, words.next()) {
             ("TRUE", Some("upper")) => true,
             ("TRUE", Some("lower")) => false,
-            _ => bail!("does not say which contact TRUE takes: write TRUE upper or TRUE lower behind the place"),
+            _ => bail!("does not say which contact TRUE takes: write TRUE upper or TRUE lower after the place"),
         };
         let mut variable = name.to_string();
         let mut constant = None;
@@ -142,7 +142,7 @@ impl Diagram {
                         "TRUE" => true,
                         "FALSE" => false,
                         other => {
-                            bail!("has {other:?} behind 'constant': write the contact, TRUE or FALSE, and the value")
+                            bail!("has {other:?} after 'constant': write the contact, TRUE or FALSE, and the value")
                         }
                     };
                     constant = Some((is_true, words.need(WHAT)?.to_string()));
@@ -211,7 +211,7 @@ fn sum(words: &mut Words) -> Result<Shape> {
         signs.push((side, sign));
     }
     if signs.len() < 2 {
-        bail!("adds up less than two signals: write the sign of each side, such as left + bottom -");
+        bail!("adds fewer than two signals: write the sign of each side, such as left + bottom -");
     }
     Ok(Shape::Sum { signs })
 }
@@ -230,7 +230,7 @@ fn text(words: &mut Words) -> Result<Shape> {
 fn frame(words: &mut Words) -> Result<Shape> {
     let size = words.need("width and height, such as 30,20")?;
     let size = size.split_once(',').and_then(|(width, height)| Some((number(width)?, number(height)?)));
-    let (width, height) = size.context("has no width and height behind the place: write them as 30,20")?;
+    let (width, height) = size.context("has no width and height after the place: write them as 30,20")?;
     let title = words.next().unwrap_or("").to_string();
     Ok(Shape::Frame { width: width * GRID, height: height * GRID, title })
 }

@@ -225,11 +225,11 @@ fn a_faulty_line_is_refused_with_its_number_its_text_and_a_remedy() {
         "asks for the symbol \"times\": there are analog_input, analog_output, normalize, dead_band, limit, multiply,"
     ));
     for (other, expected) in [
-        ("SP > DIFF.above", "uses DIFF.above, which there is not"),
+        ("SP > DIFF.above", "uses DIFF.above, which does not exist"),
         ("SP > ON", "ends at the switch ON: say at which contact, ON.FALSE or ON.TRUE"),
         ("SP > x9", "is not a wire from one element to another"),
         ("SP >", "names \"\", which no line describes"),
-        ("SP.left > DIFF", "uses SP otherwise than from its right"),
+        ("SP.left > DIFF", "uses SP other than from its right"),
         ("text 1,1 \"e", "has a quote that does not end"),
         ("input SP 1,20", "uses the name SP of line 3 again"),
     ] {

@@ -212,13 +212,13 @@ impl Diagram {
         at.with_context(|| {
             let name = &element.name;
             if let Place::Pin(pin) = place {
-                return format!("uses {name}.{pin}, which there is not: ends are a pin, a side, such as {name}.top, or a contact");
+                return format!("uses {name}.{pin}, which does not exist: ends are a pin, a side, such as {name}.top, or a contact");
             }
             match element.shape {
-                Shape::Input => format!("uses {name} otherwise than from its right: an input begins a wire"),
-                Shape::Output => format!("uses {name} otherwise than from its left: an output ends a wire"),
+                Shape::Input => format!("uses {name} other than from its right: an input begins a wire"),
+                Shape::Output => format!("uses {name} other than from its left: an output ends a wire"),
                 Shape::Switch { .. } => {
-                    format!("uses {name} otherwise than {name}.FALSE and {name}.TRUE for what comes in and {name} for the rest")
+                    format!("uses {name} incorrectly: write {name}.FALSE or {name}.TRUE for its inputs, and {name} otherwise")
                 }
                 _ => format!("uses {name}, which has no contacts: write {name}, {name}.top or {name}.bottom"),
             }

@@ -267,7 +267,7 @@ impl Instance {
             }
             ends = if last > at { 0 } else { ends + 1 };
             if ends > MOST_ENDS {
-                return Err(Stopped::Astray(format!("fmi3DoStep returned early at {last:?} s again and again")));
+                return Err(Stopped::Astray(format!("fmi3DoStep repeatedly returned early at {last:?} s")));
             }
             (at, left) = (last, end - last);
             // An event at the end is handled together with those of other FMUs.
@@ -286,7 +286,7 @@ impl Instance {
                 return self.leave_events().map_err(Stopped::Failed);
             }
         }
-        Err(Stopped::Astray(format!("fmi3UpdateDiscreteStates wanted to be called more than {MOST_UPDATES} times")))
+        Err(Stopped::Astray(format!("fmi3UpdateDiscreteStates requested more than {MOST_UPDATES} calls")))
     }
 
     pub fn terminate(&mut self) -> Result<(), Failed> {

@@ -127,7 +127,7 @@ impl<T: Value> Value for Vec<T> {
     }
 
     fn expected() -> Cow<'static, str> {
-        format!("a list, separated by spaces, and for each item {}", T::expected()).into()
+        format!("a list separated by spaces, with each item {}", T::expected()).into()
     }
 
     fn text(&self) -> Option<Cow<'_, str>> {

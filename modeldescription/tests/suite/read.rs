@@ -352,7 +352,7 @@ fn words_and_numbers_that_the_standard_has_not_are_refused_with_those_that_it_ha
         "dependent linear",
         43,
         &[
-            "dependenciesKind = \"dependent linear\": expected a list, separated by spaces, and for each item one of dependent, constant, fixed",
+            "dependenciesKind = \"dependent linear\": expected a list separated by spaces, with each item one of dependent, constant, fixed",
         ],
     );
     assert_refused(

@@ -75,7 +75,7 @@ pub(super) fn read(text: &str) -> Result<Tags, Vec<Wrong>> {
         match declaration(line) {
             Ok(Declared::Tag(tag)) => tags.tags.push(tag),
             Ok(Declared::Constant(constant)) => tags.constants.push(constant),
-            Err(message) => wrong.push((span, format!("{message}; a list of tags has such a line for each"))),
+            Err(message) => wrong.push((span, format!("{message}; a list of tags has one such line per tag"))),
         }
     }
     if wrong.is_empty() { Ok(tags) } else { Err(wrong) }

@@ -92,7 +92,7 @@ fn what_does_not_look_like_the_block_is_remarked() {
     assert_eq!(
         dump(&bytes, 0).unwrap().remarks.to_string(),
         "plant.bin: byte 10: GAIN is not a finite number\n\
-         plant.bin: byte 26: CYCLE is not above 0: no instance that runs has this\n\
+         plant.bin: byte 26: CYCLE is not above 0: a running instance never has this value\n\
          plant.bin: byte 1: bits are set that PUMP does not use: this may be another block, or another offset\n\
          plant.bin: byte 34: bits are set that PUMP does not use: this may be another block, or another offset"
     );

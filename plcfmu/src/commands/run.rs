@@ -182,7 +182,7 @@ pub fn run(options: &Options) -> Result<()> {
         replacing(file, || temporary::place(file, |to| Ok(to.write_all(&picture.bytes)?), |_| Ok(())))?;
         let left_out = match picture.left_out {
             0 => String::new(),
-            count => format!(": {count} variables have no room in it; --record chooses what is drawn"),
+            count => format!(": {count} variables do not fit into it; --record chooses what is drawn"),
         };
         lines.push(format!("{}{left_out}", file.display()));
         written.push(file);

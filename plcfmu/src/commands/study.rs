@@ -446,7 +446,7 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     // The table of an older study, not any file of this name.
     let has_older = out.join("summary.json").is_file();
     if let Err(error) = study::clear(&out.join("pictures"), report::is_picture) {
-        tell::warning(&format!("older pictures stay: {error:#}"));
+        tell::warning(&format!("older pictures are kept: {error:#}"));
     }
     for problem in report::write(out, report)? {
         tell::warning(&problem);

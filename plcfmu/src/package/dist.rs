@@ -180,7 +180,7 @@ fn names_in_all(folders: &[PathBuf]) -> Result<Vec<String>> {
         let there = names(other, ".fmu")?;
         if let Some(name) = fmus.iter().chain(&there).find(|name| !fmus.contains(name) || !there.contains(name)) {
             let (first, other) = (first.display(), other.display());
-            bail!("{name} is in one of {first} and {other} only: pack the same FMUs for all platforms");
+            bail!("{name} is in only one of {first} and {other}: pack the same FMUs for all platforms");
         }
     }
     Ok(fmus)
@@ -386,7 +386,7 @@ mod tests {
         assert_eq!(names_in_all(&paths).unwrap(), ["PUMP.fmu"]);
         fs::write(paths[1].join("FAN.fmu"), "").unwrap();
         let error = names_in_all(&paths).unwrap_err().to_string();
-        assert!(error.starts_with("FAN.fmu is in one of ") && error.ends_with("for all platforms"), "{error}");
+        assert!(error.starts_with("FAN.fmu is in only one of ") && error.ends_with("for all platforms"), "{error}");
     }
 
     #[test]

@@ -215,7 +215,7 @@ fn modules(sources: &Sources) -> Result<Vec<(String, String)>> {
         }
         for (name, text) in ready {
             if let Some(missing) = imports(text).find(|of| !modules.iter().any(|(name, _)| name == of)) {
-                bail!("{name} imports {missing}, which there is not");
+                bail!("{name} imports {missing}, which does not exist");
             }
             modules.push((name.clone(), without_comments(text)));
         }
@@ -464,7 +464,7 @@ mod tests {
         };
         let circle = "modules of the page import each other in a circle: tool/b.js, tool/main.js, tool/é.js";
         assert_eq!(refusal("import { b } from \"tool/b.js\";\n"), circle);
-        assert_eq!(refusal("import \"tool/c.js\";\n"), "tool/é.js imports tool/c.js, which there is not");
+        assert_eq!(refusal("import \"tool/c.js\";\n"), "tool/é.js imports tool/c.js, which does not exist");
     }
 
     #[test]

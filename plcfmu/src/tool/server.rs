@@ -434,7 +434,7 @@ impl IntoResponse for Refusal {
 /// 128 random bits.
 fn random() -> Result<String> {
     let mut random = [0; 16];
-    getrandom::fill(&mut random).map_err(|error| anyhow!("there are no random numbers: {error}"))?;
+    getrandom::fill(&mut random).map_err(|error| anyhow!("no random numbers are available: {error}"))?;
     Ok(hexadecimal::digits(&random))
 }
 
@@ -545,7 +545,7 @@ impl Tabs {
     fn open(&mut self, id: &str, collection: &Arc<Collection>) -> Result<Tab> {
         if self.tabs.len() >= MOST_TABS {
             let idle = self.tabs.iter().position(|tab| Arc::strong_count(&tab.at_work) == 1);
-            ensure!(idle.is_some(), "{MOST_TABS} pages are at work: close one of them, or wait");
+            ensure!(idle.is_some(), "{MOST_TABS} pages are open: close one of them, or wait");
             idle.map(|place| self.tabs.remove(place));
         }
         self.engines += 1;

@@ -147,6 +147,6 @@ impl<C: Component> Running<C> {
                 return self.component.leave_events();
             }
         }
-        Err(anyhow!("the events do not end: it has wanted more than {MOST_UPDATES} updates"))
+        Err(anyhow!("the events do not end: it requested more than {MOST_UPDATES} updates"))
     }
 }

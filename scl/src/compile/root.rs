@@ -70,7 +70,7 @@ impl Compiler<'_> {
         }
         let targets: Vec<(Target, u32)> = match (&self.options.block, self.options.calls.as_slice()) {
             (Some(_), [_, ..]) => {
-                self.error(Span::default(), "a block and calls are named: one of them says what is run", None);
+                self.error(Span::default(), "both a block and calls are named: name only one of them", None);
                 return None;
             }
             (Some(name), []) => vec![(self.target(&name.clone(), "function block")?, 0)],
@@ -114,7 +114,7 @@ impl Compiler<'_> {
                 Some(shown.variables)
             }
             Err(message) => {
-                let help = "keep large arrays in the block or in a data block, and pass what is used of them";
+                let help = "keep large arrays in the block or in a data block, and pass only the parts that are used";
                 self.error(span, message, Some(help));
                 None
             }

@@ -103,13 +103,13 @@ impl Lowerer<'_, '_> {
         match to.class() {
             Class::Bool if whole == 0 || whole == 1 => Expr::Const(Value::from(whole == 1)),
             Class::Bool => {
-                self.error(span, format!("{whole} is no BOOL"), Some("write TRUE or FALSE"));
+                self.error(span, format!("{whole} is not a BOOL"), Some("write TRUE or FALSE"));
                 zero(to)
             }
             Class::Real if to == Elementary::Real => Expr::Const((whole as f32).into()),
             Class::Real => Expr::Const((whole as f64).into()),
             Class::Date => {
-                self.error(span, format!("{whole} is no {}", to.name()), None);
+                self.error(span, format!("{whole} is not a {}", to.name()), None);
                 zero(to)
             }
             _ => {

@@ -521,7 +521,7 @@ impl Lowerer<'_, '_> {
             && value.bits() != 0
         {
             let message =
-                format!("the loop goes to the limit of {}: here it ends, a CPU may count for ever", of.name());
+                format!("the loop counts to the limit of {}: it ends here, but may run forever on a CPU", of.name());
             self.warn(self.span(last_id), message, Some("count in a larger type"));
         }
         // The loop keeps counting in the variable selected at its start.

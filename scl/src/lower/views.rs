@@ -279,7 +279,7 @@ impl Compiler<'_> {
         let over = Image::new(Place::new(Base::Local(view.local)), &view.of, at, false)
             .map_err(|what| format!("{what} cannot be a view"))?;
         if over.bytes() > under.bytes() {
-            return Err(format!("the view has {} bytes, the variable behind it only {}", over.bytes(), under.bytes()));
+            return Err(format!("the view has {} bytes, but its variable only {}", over.bytes(), under.bytes()));
         }
         Ok((under, over))
     }

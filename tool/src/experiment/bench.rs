@@ -66,7 +66,7 @@ impl<'a> Bench<'a> {
     pub(super) fn hold(home: &'a dyn Home, session: &'a mut Session) -> Result<Bench<'a>> {
         let record = session.record(None)?;
         let controller = record.members().next().context("no controller")?.clone();
-        ensure!(record.members().nth(1).is_some(), "nothing answers {}: connect a plant first", controller.name);
+        ensure!(record.members().nth(1).is_some(), "nothing responds to {}: connect a plant first", controller.name);
         let roles = describe(home, &controller.fmu)?.roles;
         let fmu = &controller.fmu;
         let name = |variable: &String| format!("{}.{variable}", controller.name);

@@ -42,7 +42,10 @@ struct Response {
 /// Tests a held plant.
 pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     let amplitude = request.amplitude;
-    ensure!(!bench.has_pulses(), "a relay switches a manual value, and there are only manual pulses: make a step test");
+    ensure!(
+        !bench.has_pulses(),
+        "a relay switches a manual value, but the controller has only manual pulses: make a step test"
+    );
     bench.settle(REST, |_| true)?;
     let before = bench.process_value()?;
     let noise = noise(&before[before.len() / 2..]);
@@ -126,7 +129,7 @@ fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> 
     while rises.len() <= PERIODS {
         bench.run(1)?;
         waited += 1;
-        bench.check_patience(waited, "the process value does not swing: choose a larger amplitude")?;
+        bench.check_patience(waited, "the process value does not oscillate: choose a larger amplitude")?;
         let off = bench.value(&bench.process_value_name.clone())? - level;
         // Twice in a row: noise exceeds four times its deviation once in some thousand calls.
         if sign == 0.0 && off.abs().min(before * off.signum()) > hysteresis + 1e-9 {
@@ -171,7 +174,7 @@ fn wave(bench: &mut Bench, amplitude: f64, period: usize, noise: f64, sign: f64)
     let recorded = bench.signals(from)?;
     let (swing, phase) = harmonic(&recorded.process_value, period);
     let (moved, moved_phase) = harmonic(&recorded.manipulated_value, period);
-    ensure!(swing > 0.0 && moved > 0.0, "the process value does not swing: choose a larger amplitude");
+    ensure!(swing > 0.0 && moved > 0.0, "the process value does not oscillate: choose a larger amplitude");
     let turned = if sign < 0.0 { PI } else { 0.0 };
     // From -2 pi to 0.
     let lag = (phase - moved_phase - turned).rem_euclid(TAU) - TAU;

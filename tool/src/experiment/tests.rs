@@ -134,5 +134,5 @@ fn an_experiment_that_tells_nothing_is_refused() {
         Member { name: "C".into(), fmu: "PID".into(), values: Values::from([("CYCLE".into(), Value::Number(0.1))]) };
     alone.start(&home, Setup { members: vec![member], ..Setup::default() }).unwrap();
     let error = error(&mut alone, 5.0);
-    assert_eq!(error, "nothing answers C: connect a plant first");
+    assert_eq!(error, "nothing responds to C: connect a plant first");
 }

@@ -156,11 +156,11 @@ pub(super) fn disturbance(
     let load = if happened.by.iter().all(|set| is_own(&set.variable)) {
         let sum: Option<f64> = happened.by.iter().map(|set| Some(set.value? - set.before?)).sum();
         let factor = predict::output_factor(home, &controller)?.unwrap_or(1.0);
-        sum.context("its value before is not known")? * factor
+        sum.context("its previous value is unknown")? * factor
     } else {
         let has_recovered = figures.figures.iter().any(|figure| figure.key == "recovery" && figure.value.is_some());
         if !has_recovered {
-            bail!("the loop has not recovered, which would tell how large a load it is at the plant's input");
+            bail!("the loop has not recovered, so the size of the load at the plant's input is unknown");
         }
         manipulated(before) - manipulated(calls.end - 1)
     };

@@ -195,7 +195,7 @@ impl<'a> Compiler<'a> {
                 _ => Home::Memory(self.frame(function, space.memory, number)),
             });
             if local.by_reference && number >= function.parameters {
-                return Err(format!("{} is by reference but no parameter", local.name));
+                return Err(format!("{} is passed by reference but is not a parameter", local.name));
             }
         }
         let mut labels = Labels::default();
