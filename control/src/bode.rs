@@ -19,7 +19,7 @@ const POINTS: usize = 400;
 /// The ratio of the lowest frequency at which a margin is read to the frequency at which the plot begins.
 const BELOW: f64 = 30.0;
 
-/// Whose open loops are drawn.
+/// The open loops to draw.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
@@ -52,20 +52,21 @@ pub struct OpenLoop {
     pub phase: Vec<f64>,
     /// Ms, the largest sensitivity; absent if the loop is unstable.
     pub sensitivity: Option<f64>,
-    /// How much more gain the loop takes, as a factor.
+    /// The gain margin, as a factor.
     pub gain_margin: Option<f64>,
     /// In degrees.
     pub phase_margin: Option<f64>,
-    /// Where the gain margin is read, in radians per second.
+    /// The frequency at which the gain margin is read, in radians per second.
     pub phase_crossover: Option<f64>,
-    /// Where the phase margin is read, in radians per second.
+    /// The frequency at which the phase margin is read, in radians per second.
     pub gain_crossover: Option<f64>,
 }
 
 /// Computes the open loops of a controller with a plant.
 ///
-/// # Errors The model is not that of a plant, the FMU is not a controller or lacks a setting, or its P action is off;
-/// the message names what works.
+/// # Errors
+/// The model is not that of a plant, the FMU is not a controller or lacks a setting, or its P action is off; the
+/// message names what works.
 pub fn bode(home: &dyn Fmus, request: &BodeRequest) -> Result<Bode> {
     request.model.check()?;
     let mut plotted = Vec::new();

@@ -294,20 +294,20 @@ pub struct Window<'a> {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Happened {
-    /// What began it.
+    /// Its cause.
     pub cause: Cause,
     /// The process value when it began.
     pub from: f64,
     /// The setpoint at its end.
     pub to: f64,
-    /// When it began, in seconds.
+    /// Its time, in seconds.
     pub start: f64,
-    /// How long its window is, in seconds.
+    /// The length of its window, in seconds.
     pub duration: f64,
     /// Half the width of the band around the setpoint in which the process value counts as settled or recovered, in
     /// its unit; absent after a disturbance with no step before it.
     pub band: Option<f64>,
-    /// What disturbed the loop, each variable with its last value.
+    /// The variables that disturbed the loop, each with its last value.
     pub by: Vec<Set>,
 }
 

@@ -35,7 +35,7 @@
 //! TI = Ti + Td,  TD = Td (Ti - Tf) / (Ti + Td),  TM_LAG = Tf
 //! ```
 //!
-//! Back, `Td = TI - Ti` in the equation for TD gives a quadratic equation for Ti:
+//! In the other direction, `Td = TI - Ti` in the equation for TD yields a quadratic equation for Ti:
 //!
 //! ```text
 //! Ti^2 - (TI + TM_LAG) Ti + TI (TD + TM_LAG) = 0

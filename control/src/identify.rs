@@ -57,7 +57,7 @@ pub struct IdentifyRequest {
     pub is_integrating: bool,
 }
 
-/// Where the step is recorded.
+/// The source of the recorded step.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
@@ -87,7 +87,7 @@ pub enum Data {
         /// The column of the process value; by its name without it.
         #[serde(default)]
         output: Option<String>,
-        /// Which of the rows, in the file's seconds.
+        /// The rows to use, in the file's seconds.
         #[serde(default)]
         from: Option<f64>,
         /// The end.
@@ -96,16 +96,16 @@ pub enum Data {
     },
 }
 
-/// How a model is found.
+/// The method of identification.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Method {
     /// The tangent at the point of inflection.
     Tangent,
-    /// The times of 28 % and 63 % of the answer.
+    /// The times of 28 % and 63 % of the response.
     TwoPoints,
-    /// The area above the answer.
+    /// The area above the response.
     Area,
     /// Least squares over gain, one or two lags, and dead time.
     LeastSquares,
@@ -141,9 +141,9 @@ pub struct Model {
 pub struct Identified {
     /// The model.
     pub model: Model,
-    /// How well it fits: 100 (1 - NRMSE) in percent.
+    /// The quality of the fit: 100 (1 - NRMSE) in percent.
     pub fit: f64,
-    /// The data that were used and the model's answer, to draw.
+    /// The data used and the model's response, for a chart.
     pub times: Vec<f64>,
     /// The measured process value.
     pub measured: Vec<f64>,

@@ -39,7 +39,7 @@ use std::collections::BTreeMap;
 const MANUAL: f64 = 50.0;
 /// The step of the setpoint, as percent of the manipulated value.
 const STEP: f64 = 10.0;
-/// The load step at the plant's input, in percent of the manipulated value, up or down.
+/// The maximum number of calls simulated.
 const LOAD: f64 = 10.0;
 /// At most this many calls are simulated.
 const MOST_CALLS: usize = 200_000;
@@ -77,13 +77,13 @@ struct Plant {
     process: Process,
     /// The process value at rest.
     level: f64,
-    /// How a process value becomes a word of an analog input: word = (value - offset) / factor.
+    /// The scaling from a process value to a word of an analog input: word = (value - offset) / factor.
     scaling: Option<(f64, f64)>,
     /// The time in which a valve moves from stop to stop; `None` if the input acts on the model directly.
     motor_time: Option<f64>,
-    /// From when on a load is added to the input, and how large it is.
+    /// The time from which a load is added to the input, and its size.
     load: Option<(f64, f64)>,
-    /// Until when the plant is kept at rest, and how much before that its input is averaged.
+    /// The time until which the plant is kept at rest, and the time before it over which its input is averaged.
     rest: (f64, f64),
     /// The sum of the inputs in that time, and how many there were.
     resting: (f64, f64),
@@ -194,7 +194,7 @@ struct Schedule {
     automatic: usize,
     /// The call with the new setpoint.
     step: usize,
-    /// The end.
+    /// The number of calls.
     calls: usize,
 }
 
@@ -255,7 +255,7 @@ impl Schedule {
 pub struct Told {
     /// A sentence each.
     pub remarks: Vec<String>,
-    /// Why metrics are absent, as [`Tuned::absent`](crate::tune::Tuned::absent).
+    /// The reasons for missing metrics, as in [`Tuned::absent`](crate::tune::Tuned::absent).
     pub absent: BTreeMap<String, String>,
 }
 
@@ -392,7 +392,7 @@ struct Simulation<'a> {
     manual: f64,
     /// Half the width of the band in which it has recovered from a load.
     band: f64,
-    /// When the loop that is predicted exchanges its values.
+    /// When the predicted loop exchanges its values.
     exchange: Exchange,
 }
 
@@ -480,7 +480,8 @@ impl<'a> Simulation<'a> {
         })
     }
 
-    /// The sign of a load that the manipulated value has more room to make up for: 1 if it has to go down, -1 if up.
+    /// The sign of the load that leaves the manipulated value more room to compensate: 1 if it has to go down, -1 if
+    /// up.
     fn roomier(&self) -> f64 {
         let Some((high, low)) = &self.controller.roles.limits else { return 1.0 };
         let [above, below] =
@@ -541,8 +542,8 @@ fn figures_after(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Vec<(&'st
     window.figures().filter_map(|figure| Some((figure.key, figure.value(&window).ok()?))).collect()
 }
 
-/// Why the process value does not come back after a load. At a limit, which it leaves now and then as the process value moves, the
-/// manipulated value cannot make up for it.
+/// The reason why the process value does not recover after a load. At a limit, which it leaves now and then as the
+/// process value moves, the manipulated value cannot compensate.
 fn unrecovered(rows: &[[f64; 3]], controller: &Controller) -> String {
     let later: Vec<f64> = rows[rows.len() / 2..].iter().map(|[_, _, manipulated_value]| *manipulated_value).collect();
     let last = later.last().copied().unwrap_or_default();
@@ -569,7 +570,7 @@ fn to_round_target(level: f64, height: f64) -> f64 {
     if target.is_finite() { target - level } else { height }
 }
 
-/// Where the process value goes in.
+/// The variable that receives the process value.
 #[derive(Debug, PartialEq)]
 struct Terminal {
     name: String,
@@ -841,7 +842,7 @@ pub fn output_factor(home: &dyn Fmus, controller: &Controller) -> Result<Option<
     Ok(Some(crate::tune::rounded(factor, 5)).filter(|factor| factor.is_finite() && *factor != 0.0))
 }
 
-/// How the word of an analog input becomes the process value: factor for a count, and offset.
+/// The scaling from the word of an analog input to the process value: factor per count, and offset.
 fn word_scaling(home: &dyn Fmus, controller: &Controller, terminal: &Terminal) -> Result<(f64, f64)> {
     const COUNTS: f64 = 16384.0;
     let shown =

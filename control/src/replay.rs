@@ -63,10 +63,10 @@ pub struct ReplayRequest {
     pub controller: Member,
     /// The text of the CSV file.
     pub text: String,
-    /// Which column is which variable of the block; `time` is the time. By their names without it.
+    /// The assignment of columns to variables of the block; `time` is the time. By default, by their names.
     #[serde(default)]
     pub columns: Vec<(String, String)>,
-    /// How far a value may be off and still counts as equal: that of the recording's resolution.
+    /// The deviation up to which a value counts as equal; by default, the recording's resolution.
     #[serde(default)]
     pub tolerance: Option<f64>,
     /// Whether to look for likely causes.
@@ -74,13 +74,13 @@ pub struct ReplayRequest {
     pub try_suspects: bool,
 }
 
-/// What came out.
+/// The result of a replay.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Replayed {
-    /// Which column is which variable of the block.
+    /// The assignment of columns to variables of the block.
     pub columns: Vec<(String, String)>,
-    /// How many calls were made.
+    /// The number of calls made.
     pub calls: usize,
     /// One for each output that the file has.
     pub outputs: Vec<Compared>,
@@ -111,13 +111,13 @@ pub enum Conclusion {
     /// The pulses differ in no more rows than a change of the measured values' last digits explains: no sign of a
     /// different setting.
     Rounded,
-    /// It does something else, and no cause was looked for.
+    /// The outputs differ, and no cause was searched for.
     Differs,
     /// The first suspect is the cause: it explains everything, and nothing else does.
     Cause,
     /// The first suspect is the likeliest cause: of those that explain everything, it alone changes settings of the controller only.
     LikelyCause,
-    /// More than one change explains everything: the recording cannot tell them apart.
+    /// More than one change explains everything: the recording does not distinguish them.
     Ambiguous,
     /// There are calls between the rows: the recording reveals nothing about the settings.
     Coarse,
@@ -133,11 +133,11 @@ pub struct Compared {
     pub variable: String,
     /// The first call that differs, from 0, with its time in seconds.
     pub first: Option<(usize, f64)>,
-    /// How many calls differ.
+    /// The number of calls that differ.
     pub different: usize,
     /// The largest difference.
     pub largest: f64,
-    /// How far a value may be off at most and counts as equal.
+    /// The largest deviation that counts as equal.
     pub allowed: f64,
     /// The noise of the recorded or the computed values, whichever is larger: the standard deviation of the changes
     /// from row to row without a trend. 0 for a switch.
@@ -178,7 +178,8 @@ pub struct Suspect {
 
 /// Replays a recording.
 ///
-/// # Errors No such block; the file cannot be read or has no column of the block; the block rejects a value.
+/// # Errors
+/// No such block; the file cannot be read or has no column of the block; the block rejects a value.
 pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let fmu = &request.controller.fmu;
     let table = home.table(fmu)?;
@@ -276,8 +277,8 @@ fn read_otherwise(
     remarks: &mut Vec<String>,
 ) -> Result<Reading> {
     let tolerance = request.tolerance;
-    // Where the setpoint steps, outputs that are a call late look like a row that is no call. Switches fit both ways, with another
-    // value each.
+    // Where the setpoint steps, outputs that are one call late look like a row that is not a call. Switches fit both
+    // ways, each with another value.
     let has_switches_only = reading.recording.outputs.iter().all(|of| of.is_boolean);
     let is_told = reading.suspects.iter().any(is_of_settings);
     let mut late = late(block, csv, request, request.try_suspects && (!is_told || has_switches_only))?;
@@ -377,7 +378,7 @@ fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool)
     if shifted.is_explained() {
         return Ok(shifted);
     }
-    // Which of the two it is shows in where they begin to differ; if it does not, both are tried.
+    // The row in which they begin to differ shows which of the two it is; if it does not, both are tried.
     let rows = plain.recording.rows;
     let is_shifted = shifted.base.agrees_longer_than(&plain.base, rows);
     let is_plain = plain.base.agrees_longer_than(&shifted.base, rows);
@@ -463,7 +464,7 @@ fn explained(comparison: &Comparison, has_to_explain: bool) -> Result<(compare::
     Ok((base, suspects))
 }
 
-/// How the block got to the first row.
+/// How the block reached the first row.
 fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<String> {
     match variant.beginning {
         Beginning::Restart if recording.says_restart => None,

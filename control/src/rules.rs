@@ -76,7 +76,7 @@ impl Rule {
     ];
 }
 
-/// Which actions the controller has.
+/// The actions of a controller.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]

@@ -110,14 +110,14 @@ pub struct Tuned {
     pub pace: Option<f64>,
     /// The largest sensitivity.
     pub sensitivity: Option<f64>,
-    /// How much more gain the loop takes, as a factor.
+    /// The gain margin, as a factor.
     pub gain_margin: Option<f64>,
     /// The phase margin in degrees.
     pub phase_margin: Option<f64>,
     /// The simulated setpoint step of the real block with the model.
     pub predicted: Predicted,
-    /// Why metrics are absent, by the names of their fields: `sensitivity`, `gain_margin`, `phase_margin`, `overshoot`, `settling`, `travel`,
-    /// and `deviation`, `recovery` and `iae` of the load.
+    /// The reasons for missing metrics, by the names of their fields: `sensitivity`, `gain_margin`, `phase_margin`,
+    /// `overshoot`, `settling`, `travel`, and `deviation`, `recovery` and `iae` of the load.
     #[serde(default)]
     pub absent: BTreeMap<String, String>,
     /// Remarks for the user, a sentence each.
@@ -149,7 +149,7 @@ pub struct RatioRequest {
     pub cooling: Model,
 }
 
-/// How a three-step pulse former makes up for heating and cooling of different strength.
+/// The compensation of a three-step pulse former for heating and cooling of different strength.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Ratio {
@@ -177,7 +177,7 @@ pub struct Predicted {
     pub overshoot: Option<f64>,
     /// Its settling time in seconds.
     pub settling: Option<f64>,
-    /// How far the manipulated value moves in all, from the step on.
+    /// The total travel of the manipulated value from the step on.
     pub travel: Option<f64>,
     /// The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same rest.
     pub load: Option<Load>,
@@ -192,7 +192,7 @@ pub struct Load {
     pub size: f64,
     /// The largest deviation from the setpoint, in its unit.
     pub deviation: f64,
-    /// When the deviation stays within the band, in seconds after the load; absent if it does not.
+    /// The time in seconds after the load from which the deviation stays within the band; `None` if it does not.
     pub recovery: Option<f64>,
     /// The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not recover.
     pub iae: Option<f64>,
@@ -215,7 +215,8 @@ pub struct Controller {
 impl Controller {
     /// Returns the controller of a request.
     ///
-    /// # Errors No such FMU, not a controller with known settings, or no setting of this name.
+    /// # Errors
+    /// No such FMU, not a controller with known settings, or no setting of this name.
     pub fn new(home: &dyn Fmus, member: &Member) -> Result<Controller> {
         let fmu = &member.fmu;
         let table = home.table(fmu)?.with_context(|| {
@@ -357,13 +358,14 @@ const LEAST_DEVIATION: f64 = 0.1;
 /// With a λ that the user did not choose, the manipulated value at first moves at most this many times as far as in the
 /// end.
 const MOST_AT_FIRST: f64 = 10.0;
-/// So much of the way of the manipulated value on the other side of 0 counts.
+/// Travel of the manipulated value beyond 0 counts if it is at least this fraction of its range.
 const CROSSED: f64 = 0.05;
 
 /// Computes settings by a rule, in the form of the block, with their effects.
 ///
-/// # Errors The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names a
-/// rule that works.
+/// # Errors
+/// The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names a rule that
+/// works.
 pub fn tune(home: &dyn Fmus, request: &TuneRequest) -> Result<Tuned> {
     tune_calmer(home, request, None)
 }
@@ -451,7 +453,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     })
 }
 
-/// Why margins are absent.
+/// The reasons for missing margins.
 pub(crate) fn unknown(margins: &Margins) -> BTreeMap<String, String> {
     let no_gain = if margins.is_stable() { "no higher gain makes the loop unstable" } else { "the loop is unstable" };
     let all = [

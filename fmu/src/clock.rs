@@ -1,4 +1,4 @@
-//! When is the block called: integer ticks of whole milliseconds.
+//! The times of the calls: integer ticks of whole milliseconds.
 //!
 //! The block is called at `t_k = start + k * CYCLE`, k = 0, 1, 2, ..., as by a cyclic interrupt, whatever the
 //! communication step: a step makes every call with `tc <= t_k < tc + h`.
@@ -34,8 +34,8 @@ use blocks::{Stored, Time};
 /// Two times that differ by less than this fraction of a CYCLE are the same.
 pub(crate) const SAME: f64 = 1e-6;
 
-/// How far the time of a host that adds up may drift from the clock's, as a fraction of a CYCLE. Beyond it the host is
-/// followed.
+/// The maximum drift between the time of a host that adds up and the clock's, as a fraction of a CYCLE. Beyond it, the
+/// clock follows the host.
 pub(crate) const MOST_DRIFT: f64 = 0.25;
 
 /// How many roundings of a double, beyond the accumulated ones, may separate two times that are meant to be the same: that
@@ -87,7 +87,7 @@ pub struct Clock {
 /// The calls of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calls {
-    /// How many.
+    /// The number of calls.
     pub count: u64,
     /// From the start of the step to the first of them, in seconds; negative if the host is ahead and the step makes up
     /// for calls.
@@ -153,7 +153,8 @@ impl Clock {
 
     /// Counts a due call as made; returns whether there was one.
     ///
-    /// # Errors The present time is so far from 0 that calls cannot be distinguished.
+    /// # Errors
+    /// The present time is so far from 0 that calls cannot be distinguished.
     pub fn make_due_call(&mut self) -> Result<bool, Refusal> {
         if self.same() > MOST_SAME * self.cycle {
             return Err(messages::no_resolution("the time", self.end, self.period).into());

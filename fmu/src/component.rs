@@ -22,7 +22,7 @@ pub struct Origin<B> {
     /// The hash from which the identifier passed by the host is formed: two FMUs have the same only if they start from
     /// the same values.
     pub hash: u128,
-    /// Which of the forms of the identifier it is, see [`Identity`].
+    /// The form of the identifier, see [`Identity`].
     pub form: usize,
     /// The block with its start values.
     pub fresh: Fresh<B>,
@@ -45,7 +45,8 @@ pub trait Library: 'static {
     /// The initial state of instances of the FMU with this identifier and these resources, the URI or the path of a
     /// folder.
     ///
-    /// # Errors The identifier is missing or belongs to another FMU, or a resource is missing or damaged.
+    /// # Errors
+    /// The identifier is missing or belongs to another FMU, or a resource is missing or damaged.
     fn open(identity: Identity, resources: Argument) -> Result<Origin<Self::Block>, Refusal>;
 }
 
@@ -179,7 +180,7 @@ impl<B: Cyclic> Component<B> {
         }
     }
 
-    /// Which of the forms of its identifier the host gave.
+    /// The form in which the host passed the identifier.
     pub fn form(&self) -> usize {
         self.origin.form
     }
@@ -196,7 +197,8 @@ impl<B: Cyclic> Component<B> {
 
     /// Saves the instance: in the state that the host names or, if that is NULL, in a new one.
     ///
-    /// # Errors The state was not saved by this component, or has been freed.
+    /// # Errors
+    /// The state was not saved by this component, or has been freed.
     pub fn get_state(&mut self, state: &mut StateAddress) -> Result<(), Refusal> {
         self.keep(state, self.instance.clone())
     }

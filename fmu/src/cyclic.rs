@@ -30,7 +30,8 @@ macro_rules! cyclic {
             fn layout(&self) -> Option<&Layout> {
                 None
             }
-            /// Why the program has stopped, unless [`Cyclic::IS_SURE`]: then calls do nothing until the next restart.
+            /// The reason why the program has stopped, unless [`Cyclic::IS_SURE`]: calls then do nothing until the next
+            /// restart.
             fn stopped(&self) -> Option<&str> {
                 None
             }

@@ -11,9 +11,9 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::thread;
 
-/// Whom to tell.
+/// The receiver of messages.
 pub trait Host {
-    /// Logs a message of a function that answers `Ok`, or that refuses.
+    /// Logs a message of a function that returns `Ok` or refuses.
     fn tell(&self, function: &Function, answer: Result<(), Answer>, category: &Category, message: &str);
 
     /// Logs why a function refuses.

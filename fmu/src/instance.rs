@@ -86,7 +86,8 @@ impl<B: Cyclic> Instance<B> {
 
     /// Enters Initialization Mode. `setup` is the function that sets the start time, for the message.
     ///
-    /// # Errors No start time has been set.
+    /// # Errors
+    /// No start time has been set.
     pub fn enter_initialization_mode(&mut self, setup: &Function) -> Result<(), Refusal> {
         if self.experiment.is_none() {
             return Err(messages::no_start_time(setup.name).into());
@@ -97,7 +98,8 @@ impl<B: Cyclic> Instance<B> {
 
     /// Restarts the block with the values that are set. The first cyclic call is at the start time.
     ///
-    /// # Errors CYCLE is below 1 ms, or the block itself refuses.
+    /// # Errors
+    /// CYCLE is below 1 ms, or the block itself refuses.
     pub fn exit_initialization_mode(&mut self) -> Result<(), Refusal> {
         let (start, stop) = self.experiment.unwrap_or((0.0, f64::INFINITY));
         self.session.restart(start, stop)?;
@@ -125,7 +127,8 @@ impl<B: Cyclic> Instance<B> {
     /// Makes the call that is due at this instant, if it has not been made yet. Returns the time of the next one in
     /// seconds, if it is an event.
     ///
-    /// # Errors The program stops, or the time is so far from 0 that calls cannot be distinguished.
+    /// # Errors
+    /// The program stops, or the time is so far from 0 that calls cannot be distinguished.
     pub fn update_discrete_states(&mut self) -> Result<Option<f64>, Refusal> {
         if self.handled().is_none() {
             return Ok(None);
@@ -140,7 +143,7 @@ impl<B: Cyclic> Instance<B> {
         self.session.block.advice()
     }
 
-    /// What may be wrong with a step of `h` seconds that was made.
+    /// Advice on a step of `h` seconds that was made, if something may be wrong with it.
     pub fn advice_on_step(&self, h: f64) -> Option<String> {
         self.session.advice_on_step(h)
     }

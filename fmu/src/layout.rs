@@ -1,4 +1,5 @@
-//! Arrays as one variable each, where a version of the standard has them: which rows and texts a value reference stands for.
+//! Arrays as one variable each, in versions of the standard that have them: the rows and texts to which a value
+//! reference refers.
 
 use blocks::table::arrays::{Group, grouped};
 use blocks::{Table, TableText};

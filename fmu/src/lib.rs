@@ -1,4 +1,4 @@
-//! What every block's FMU shares.
+//! The code shared by the FMUs of all blocks.
 //!
 //! A crate of type `cdylib` becomes the library of an FMU by its last line:
 //!

@@ -256,7 +256,7 @@ pub fn get_values<V: Version, B: Cyclic, T: HostType<V>>(block: &B, references: 
         block.get(row)
     }
     if let ([reference], [value]) = (references, &mut *values) {
-        // Whether a WORD is one of this type its value does not tell.
+        // The value of a WORD does not reveal whether the variable has this type.
         let is_of = |value: &Value| {
             value.kind() != Kind::Word || block.table().rows.get(*reference as usize).is_some_and(T::is_of)
         };
@@ -373,7 +373,7 @@ impl Clock {
         self.drift(tc) <= rounding && (self.end - tc) * 1000.0 <= SAME * self.cycle + rounding
     }
 
-    /// How far the host's time is from the clock's tick, in milliseconds.
+    /// The difference between the host's time and the clock's tick, in milliseconds.
     fn drift(&self, tc: f64) -> f64 {
         ((tc - self.start) * 1000.0 - self.tick as f64 * self.cycle).abs()
     }

@@ -23,7 +23,8 @@ pub struct Argument<'a> {
     pub value: Option<&'a CStr>,
 }
 
-/// The text by which a host names the FMU that it means. It is made of a hash, in one of several forms if the FMU comes in several.
+/// The text by which a host identifies the FMU. It is formed from a hash, in one of several forms if the FMU comes in
+/// several.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity<'a> {
     /// Its name, for messages.
@@ -62,7 +63,7 @@ impl Identity<'_> {
 pub struct Preset<B> {
     /// The fingerprint of the start values, from which the identifier is formed.
     pub hash: u128,
-    /// The number of the form of the FMU that the preset is made of.
+    /// The number of the form of the original FMU.
     pub form: usize,
     /// The block with these values.
     pub block: B,

@@ -1,17 +1,17 @@
-//! Why a call is refused.
+//! The reason why a call is refused.
 
 /// The answer of a refused call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// The call is wrong; it changed nothing, and the host can correct and repeat it.
     Error,
-    /// The call asks for something that has no answer here.
+    /// The call requests something that is not available here.
     Discard,
     /// The block panicked; the instance is lost.
     Fatal,
 }
 
-/// Why a call is refused. It is one pointer wide, so that it costs the calls that succeed nothing.
+/// The reason why a call is refused. It is one pointer wide, so that it costs successful calls nothing.
 #[derive(Debug)]
 pub struct Refusal(Box<(Answer, String)>);
 

@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 /// The longest URI that is looked at, in bytes.
 const LONGEST: usize = 1 << 15;
 
-/// How much of a path is shown in a message, in characters.
+/// The maximum length of a path in a message, in characters.
 const SHOWN: usize = 300;
 
-/// How a system writes paths.
+/// The path syntax of a system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Style {
     Unix,
@@ -24,7 +24,8 @@ enum Style {
 
 /// Reads a file of at most `limit` bytes from the folder with this URI; also returns its path.
 ///
-/// # Errors The problem as a sentence that can follow "but".
+/// # Errors
+/// The problem as a sentence that can follow "but".
 pub fn read(location: Argument, name: &str, limit: u64) -> Result<(String, Vec<u8>), String> {
     let Argument { name: argument, value } = location;
     let location = value.ok_or_else(|| format!("{argument} is NULL"))?.to_bytes();

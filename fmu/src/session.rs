@@ -11,7 +11,7 @@ use blocks::table::number::{number, to_value};
 use blocks::{Kind, Role, Row, Stored, TableText};
 use std::mem::ManuallyDrop;
 
-/// How many time derivatives of an input can be given.
+/// The highest order of an input's time derivative.
 pub const ORDERS: usize = 4;
 
 /// One block with its clock. A clone is a saved state: it contains no pointers, unless the block has some.
@@ -74,14 +74,15 @@ impl<B: Cyclic> Session<B> {
         })
     }
 
-    /// Where the last step ended, in seconds; the furthest end if the last step began a little before it.
+    /// The end of the last step in seconds; the furthest end if the last step began slightly before it.
     pub fn end(&self) -> f64 {
         self.clock.end()
     }
 
     /// Makes every call from `tc` on before `tc + h`, in seconds.
     ///
-    /// # Errors The [`Clock`] refuses, or an extrapolated input may leave its range. No call is made then.
+    /// # Errors
+    /// The [`Clock`] refuses, or an extrapolated input may leave its range. No call is made then.
     pub fn step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
         let mut clock = self.clock.clone();
         let calls = clock.advance(tc, h)?;
@@ -140,7 +141,8 @@ impl<B: Cyclic> Session<B> {
 
     /// Makes the call that is due at the present time, if any. Returns the time of the next one in seconds.
     ///
-    /// # Errors The time is so far from 0 that calls cannot be distinguished.
+    /// # Errors
+    /// The time is so far from 0 that calls cannot be distinguished.
     pub fn handle_event(&mut self) -> Result<f64, Refusal> {
         if self.clock.make_due_call()? {
             Self::call_once(&mut self.block);
@@ -224,7 +226,7 @@ impl<B: Cyclic> Session<B> {
     }
 }
 
-/// How far a step came.
+/// The end of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
     /// The time in seconds.

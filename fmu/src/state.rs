@@ -1,4 +1,4 @@
-//! Which function may be called in which state.
+//! The functions that may be called in each state.
 
 use crate::messages;
 use crate::refusal::{Answer, Refusal};

@@ -10,8 +10,8 @@ use std::marker::PhantomData;
 pub struct Fingerprint<B>(PhantomData<B>);
 
 impl<B: Block> Fingerprint<B> {
-    /// A hash of everything a host relies on, and of the memory that a saved session is made of. Texts that only
-    /// describe are left out.
+    /// A hash of everything a host relies on, and of the memory layout of a saved session. Purely descriptive texts are
+    /// excluded.
     pub const HASH: u128 = table_hash(BASIS, B::TABLE);
 }
 
@@ -34,8 +34,8 @@ impl<B: Block> Guid<B> {
     };
 }
 
-/// Which code the library of a block is compiled from: a hash of the sources of this crate, of `blocks`, and of the crate that has
-/// the block. Unlike the GUID it changes with the law.
+/// The code from which the library of a block is compiled: a hash of the sources of this crate, of `blocks`, and of the
+/// crate that has the block. Unlike the GUID it changes with the law.
 pub struct Code<B>(PhantomData<B>);
 
 impl<B: Block> Code<B> {

@@ -56,7 +56,7 @@ pub(crate) fn sign(x: i32) -> i32 {
     }
 }
 
-/// RND: the nearest integer, ties to even. Beyond 32 bits the bits of the REAL stay; what is not a number gives -1.
+/// RND: the nearest integer, ties to even. Beyond 32 bits the bits of the REAL are kept; NaN yields -1.
 pub(crate) fn rnd(x: Real) -> i32 {
     const TWO_TO_31: Real = 2_147_483_648.0;
     if x.is_nan() {

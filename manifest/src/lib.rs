@@ -1,5 +1,5 @@
-//! How a PLC program is made of its sources: one type for the options of the command, the descriptions of loops, the messages of
-//! the parameter tool and the resources of an FMU.
+//! How a PLC program is built from its sources: one type for the options of the command, the descriptions of loops, the
+//! messages of the parameter tool and the resources of an FMU.
 //!
 //! - `written`: with serde, as loops and messages have it; keys are named after the options of `plcfmu build`.
 //! - `text`: the lines `KEY = VALUE` in an FMU's resources, from which its GUID is formed.
@@ -43,7 +43,7 @@ impl std::str::FromStr for Cpu {
     }
 }
 
-/// How a program is made of its sources.
+/// How a program is built from its sources.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct Manifest {
@@ -141,7 +141,8 @@ pub fn milliseconds(text: &str) -> Result<u32, String> {
 
 /// A tag: `Start : Bool`, `"Level" AT %IW64 : Int // unit: mm`.
 ///
-/// # Errors The text is not a tag, or is a constant.
+/// # Errors
+/// The text is not a tag, or is a constant.
 pub fn tag(text: &str) -> Result<Tag, String> {
     match tags::declaration(text) {
         Ok(Declared::Tag(tag)) => Ok(tag),

@@ -48,8 +48,9 @@ impl Interface {
     /// Parses the JSON that a library returns. It describes FMI 2.0; its form in other versions follows from that, and
     /// from the requested [`Interface::version`], [`Interface::types`] and [`Interface::names`].
     ///
-    /// # Errors The JSON is malformed or belongs to another version of FMI, the cycle row does not contain the cycle,
-    /// or a response has variables that do not exist; the message gives the location.
+    /// # Errors
+    /// The JSON is malformed or belongs to another version of FMI, the cycle row does not contain the cycle, or a
+    /// response has variables that do not exist; the message gives the location.
     pub fn parse(json: &str) -> Result<Interface, Error> {
         // The version is read first, because other versions have different keys.
         if let Ok(library) = serde_json::from_str::<serde_json::Value>(json)

@@ -15,7 +15,8 @@ use blocks::{Kind, Time, Value, Word};
 ///   takes the negative numbers down to -32768.
 /// - BOOL: TRUE, FALSE, 1 or 0.
 ///
-/// # Errors The expected form and the text found, as part of a sentence: `expected a REAL such as 2.5, found ...`.
+/// # Errors
+/// The expected form and the text found, as part of a sentence: `expected a REAL such as 2.5, found ...`.
 pub fn parse(literal: &str, kind: Kind) -> Result<Value, String> {
     let refused = |reason: Refusal| {
         let found = quoted(literal);

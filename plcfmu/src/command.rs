@@ -11,7 +11,8 @@ pub fn heading(part: &str) {
 
 /// Runs a program that talks to the user itself.
 ///
-/// # Errors It cannot be started, or ends with a status other than 0.
+/// # Errors
+/// It cannot be started, or ends with a status other than 0.
 pub fn run(command: &mut Command) -> Result<()> {
     let status = command.status().map_err(|error| not_started(command, &error))?;
     if !status.success() {
@@ -22,7 +23,8 @@ pub fn run(command: &mut Command) -> Result<()> {
 
 /// Runs a program silently and returns its standard output.
 ///
-/// # Errors As [`run()`], with the program's output.
+/// # Errors
+/// As [`run()`], with the program's output.
 pub fn output(command: &mut Command) -> Result<String> {
     let output = command.stdin(Stdio::null()).output().map_err(|error| not_started(command, &error))?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -1,4 +1,4 @@
-//! What Ctrl-C does, and on Unix SIGTERM and SIGHUP: the one handler of all commands.
+//! Handles Ctrl-C, and on Unix SIGTERM and SIGHUP: the one handler of all commands.
 
 use host::package::temporary;
 use std::process;

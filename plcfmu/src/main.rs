@@ -14,7 +14,7 @@ use plcfmu::commands::{
 use plcfmu::{exit, interruption, tell};
 use std::process::ExitCode;
 
-/// Which commands run code of FMUs, and when.
+/// The commands that run code of FMUs.
 const NATIVE_CODE: &str = "\
 Native code of FMUs runs in a process of its own, in run, check --run, study, tune-study, in tool when a loop is started, and in mcp \
 when its client calls run. preset starts each preset once. params, preset and tool also load an FMU of a block of your own that is \

@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How long the library of an FMU may take to tell its block.
+/// The time limit for the library of an FMU to return its block.
 const LOADING: Duration = Duration::from_secs(60);
 
 /// Reads the loops of a file: a parameter file, whose extension selects the format if none is given, and its encoding found out as

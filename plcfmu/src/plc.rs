@@ -14,7 +14,7 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// How long to wait for a connection, and for each answer.
+/// The time to wait for a connection, and for each answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The port of S7 communication.
@@ -51,7 +51,7 @@ impl FromStr for Address {
         let [host, rack, slot, block] = parts[..] else {
             bail!("{text:?} is not the address of a data block: {EXAMPLE}");
         };
-        // An address of IPv6 has colons itself and stands in brackets.
+        // An IPv6 address contains colons and is written in brackets.
         let (host, port) = match host.strip_prefix('[').and_then(|host| host.split_once(']')) {
             Some((host, port)) => (host, port.strip_prefix(':')),
             None => host.split_once(':').map_or((host, None), |(host, port)| (host, Some(port))),
@@ -149,7 +149,7 @@ impl Read for Patient {
     }
 }
 
-/// How long a read may take that begins now.
+/// The time left for a read that begins now.
 fn left(until: Instant, now: Instant) -> io::Result<Duration> {
     let left = until.saturating_duration_since(now);
     if left.is_zero() { Err(ErrorKind::TimedOut.into()) } else { Ok(left) }
@@ -208,7 +208,7 @@ fn wrong_place(address: &Address) -> String {
     )
 }
 
-/// Why the item was refused, by the code of the PLC; `end` is the first byte after the requested ones.
+/// The reason why the item was refused, by the code of the PLC; `end` is the first byte after the requested ones.
 fn refusal(code: u8, number: u16, end: usize) -> String {
     match code {
         0x03 => format!(
@@ -228,7 +228,7 @@ fn refusal(code: u8, number: u16, end: usize) -> String {
     }
 }
 
-/// Why a whole request was refused.
+/// The reason why a whole request was refused.
 fn refusal_of_request(class: u8, code: u8) -> String {
     match (class, code) {
         (0x81, 0x04) => "the PLC does not offer this service: in an S7-1200 or S7-1500, tick \"Permit access with PUT/GET \

@@ -98,7 +98,8 @@ pub fn has_code(file: &Path) -> bool {
 
 /// Reads the sources and the tag tables of a program: the files of the manifest, and those below its folders.
 ///
-/// # Errors A file cannot be read, a tag table is faulty, or two of them declare a name differently.
+/// # Errors
+/// A file cannot be read, a tag table is faulty, or two of them declare a name differently.
 pub fn parts(manifest: &Manifest) -> Result<Parts> {
     let Files { sources: files, tables } = Files::new(&manifest.sources)?;
     let read = |file: &PathBuf| Source::read(file, None).map_err(Error::msg);
@@ -113,7 +114,8 @@ pub fn parts(manifest: &Manifest) -> Result<Parts> {
 
 /// Reads a tag table: XML, a workbook, a table of STEP 7, or a list with a line for each tag.
 ///
-/// # Errors It cannot be read, or is faulty.
+/// # Errors
+/// It cannot be read, or is faulty.
 pub fn table(file: &Path) -> Result<Tags> {
     let (name, bytes) = Source::load(file, LARGEST).map_err(Error::msg)?;
     if folder::ending(file) == "xlsx" {

@@ -42,7 +42,7 @@ impl Progress {
     /// For `length` runs of this many control cycles, `done` of them finished, with the rate and the time left.
     pub fn runs(length: u64, done: u64, cycles: usize) -> Progress {
         let rate = move |state: &ProgressState, to: &mut dyn fmt::Write| {
-            // What cannot be written on a terminal needs no other end.
+            // If the terminal cannot be written, nothing else has to be done.
             let _ = write!(to, "{}", HumanFloatCount((state.per_sec() * cycles as f64).round()));
         };
         let runs_rate = |state: &ProgressState, to: &mut dyn fmt::Write| {

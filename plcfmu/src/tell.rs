@@ -59,7 +59,7 @@ pub fn warning(text: &str) {
     beside("warning", AnsiColor::Yellow, text);
 }
 
-/// What may surprise.
+/// Prints a remark: something may surprise.
 pub fn remark(text: &str) {
     beside("remark", AnsiColor::Cyan, text);
 }

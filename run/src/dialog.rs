@@ -89,7 +89,8 @@ pub struct Group {
 pub struct Field {
     /// The variable.
     pub name: String,
-    /// When it has an effect: each inner list is joined by AND, the lists by OR; empty is always. `(name, wanted)`.
+    /// The condition under which it has an effect: each inner list is joined by AND, the lists by OR; empty is always.
+    /// `(name, wanted)`.
     pub used_if: Vec<Vec<(String, bool)>>,
 }
 

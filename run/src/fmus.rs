@@ -13,12 +13,14 @@ use std::sync::Arc;
 pub trait Fmus {
     /// The description of an FMU, as in its modelDescription.xml.
     ///
-    /// # Errors No such FMU, or it cannot be read.
+    /// # Errors
+    /// No such FMU, or it cannot be read.
     fn description(&self, fmu: &str) -> Result<Arc<Description>>;
 
     /// The table of an FMU made with `fmu::export!`; `None` for a foreign FMU.
     ///
-    /// # Errors No such FMU, or it cannot be read.
+    /// # Errors
+    /// No such FMU, or it cannot be read.
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>>;
 
     /// The dialog of an FMU with this table: as in its documentation, unless more is known.
@@ -31,7 +33,8 @@ pub trait Fmus {
 
     /// Creates an instance of an FMU.
     ///
-    /// # Errors No such FMU, or it refuses.
+    /// # Errors
+    /// No such FMU, or it refuses.
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>>;
 }
 

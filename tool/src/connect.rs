@@ -92,7 +92,8 @@ fn fits(from: &Variable, to: &Variable) -> bool {
 
 /// Proposes connections.
 ///
-/// # Errors No such FMU, or both have the same name.
+/// # Errors
+/// No such FMU, or both have the same name.
 pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<Proposal> {
     if controller.name == plant.name {
         bail!("two members are named {}: rename one", plant.name);

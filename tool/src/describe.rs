@@ -30,7 +30,8 @@ pub fn catalogue(home: &dyn Home) -> Catalogue {
 
 /// An FMU with its variables, groups and roles.
 ///
-/// # Errors No such FMU, or its documentation is faulty.
+/// # Errors
+/// No such FMU, or its documentation is faulty.
 pub fn describe(home: &dyn Home, fmu: &str) -> Result<Description> {
     let description = home.description(fmu)?;
     let entry = home.entries().into_iter().find(|entry| entry.name == fmu);
@@ -147,7 +148,8 @@ pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
 
 /// The settings of a block that are stimuli.
 ///
-/// # Errors Its documentation is faulty.
+/// # Errors
+/// Its documentation is faulty.
 pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) -> bool + use<>> {
     let mut stimuli = Vec::new();
     for entry in home.entries() {
@@ -259,7 +261,8 @@ pub fn as_loop(home: &dyn Home, of: &Loop) -> Result<parameters::Loop> {
 
 /// Checks settings of a block; the others have their start values.
 ///
-/// # Errors No such FMU, or its documentation is faulty.
+/// # Errors
+/// No such FMU, or its documentation is faulty.
 pub fn check(home: &dyn Home, fmu: &str, values: &Values) -> Result<Checked> {
     let description = describe(home, fmu)?;
     let table = home.table(fmu)?;

@@ -31,7 +31,8 @@ impl<H: Home> Engine<H> {
 
     /// Answers a request.
     ///
-    /// # Errors The problem, with name and value, and the remedy.
+    /// # Errors
+    /// The problem, with name and value, and the remedy.
     pub fn answer(&mut self, request: Request) -> Result<serde_json::Value> {
         request.answer(&self.home, &mut self.session)
     }

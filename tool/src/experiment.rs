@@ -155,7 +155,8 @@ pub struct Settled {
 /// steadily. In a loop without a known process value, such as a ramp before a drive, all recorded variables have to be
 /// at rest.
 ///
-/// # Errors No call or too many; the run has ended.
+/// # Errors
+/// No call or too many; the run has ended.
 pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Result<Settled> {
     let mut left = request.calls;
     let mut watched = 0;
@@ -221,8 +222,8 @@ impl Watched {
 /// Brings the loop to rest in automatic mode at a setpoint, from which a step of the setpoint matches the predicted
 /// one. Manual mode ends with the setpoint at the process value, so that the bumpless change starts without an error.
 ///
-/// # Errors The setpoint is unknown or connected, the run has ended, or the loop does not come to
-/// rest.
+/// # Errors
+/// The setpoint is unknown or connected, the run has ended, or the loop does not come to rest.
 pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Result<Settled> {
     let record = session.record(None)?;
     let controller = record.members().next().context("no controller")?.clone();
@@ -259,8 +260,9 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
 
 /// Holds the plant, steps the manipulated value, waits, identifies, and restores the loop.
 ///
-/// # Errors The controller has neither a manual value nor manual pulses, the plant does not come to rest, the step does
-/// not move it, or no model fits; the message gives the reason and the remedy.
+/// # Errors
+/// The controller has neither a manual value nor manual pulses, the plant does not come to rest, the step does not move
+/// it, or no model fits; the message gives the reason and the remedy.
 pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Result<StepTested> {
     let size = request.size;
     ensure!(size != 0.0 && size.is_finite(), "the step is {size}: it has to be a number other than 0");
@@ -320,7 +322,8 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
 /// period at which the loop with a P action alone would oscillate; then restores the loop.
 ///
 /// # Errors
-/// As for [`step`]; the process value does not swing, or it has no ultimate period that calls so far apart can show.
+/// As for [`step`]; the process value does not oscillate, or its ultimate period is too short for the interval between
+/// calls.
 pub fn relay(home: &dyn Home, session: &mut Session, request: &RelayTest) -> Result<RelayTested> {
     let amplitude = request.amplitude;
     ensure!(amplitude > 0.0 && amplitude.is_finite(), "the relay is {amplitude}: it has to be above 0");

@@ -124,7 +124,8 @@ pub struct Exported {
 
 /// Makes a file.
 ///
-/// # Errors The reason why it cannot be created, and the remedy.
+/// # Errors
+/// The reason why it cannot be created, and the remedy.
 pub fn export(home: &dyn Home, session: &Session, request: &ExportRequest) -> Result<Exported> {
     match request {
         ExportRequest::Parameters { format, loops, origin, stimuli } => {

@@ -22,7 +22,8 @@ fn known(name: &str, text: &str) -> Result<KnownLoop> {
 
 /// A description of a loop, which is called `name` in errors. Its FMUs are named as their files, and its times begin at 0.
 ///
-/// # Errors A problem with line and column; it has no FMU, or needs a parameter file.
+/// # Errors
+/// A problem with line and column; it has no FMU, or needs a parameter file.
 pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     let system = file::parse(name, text)?;
     if system.members.is_empty() {

@@ -74,7 +74,8 @@ pub struct Preset {
 impl Original<'_> {
     /// The FMU with the values of a loop as its start values.
     ///
-    /// # Errors The FMU is not of the loop's block, or rejects a value.
+    /// # Errors
+    /// The FMU is not of the loop's block, or rejects a value.
     pub fn preset(&self, values: &parameters::Loop) -> Result<Preset> {
         let block = self.description.model_identifier().unwrap_or_default();
         let places = self.places(block, &values.block)?;
@@ -184,7 +185,8 @@ pub struct PresetRequest {
 
 /// Creates the preset.
 ///
-/// # Errors The files do not belong to an FMU of the loop's block in the home's version, or the FMU rejects a value.
+/// # Errors
+/// The files do not belong to an FMU of the loop's block in the home's version, or the FMU rejects a value.
 pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     let values = as_loop(home, &request.of)?;
     let file = |path: &str| request.files.get(path).map(String::as_str);

@@ -145,7 +145,8 @@ pub struct Kept {
 
 /// Translates the sources, and adds the program to the catalogue. The answer contains the problems.
 ///
-/// # Errors A file is not Base64, or they are too large; an option is invalid.
+/// # Errors
+/// A file is not Base64, or they are too large; an option is invalid.
 pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compiled> {
     let parts = project::read(&request.files, &request.manifest)?;
     let Parts { sources, manifest, .. } = &parts;
@@ -207,7 +208,8 @@ pub struct Looked<'a> {
 
 /// The activity of a program in the loop during its last or an earlier call.
 ///
-/// # Errors No program runs under this name; the run has no such call, or too many before it.
+/// # Errors
+/// No program runs under this name; the run has no such call, or too many before it.
 pub fn monitor<H: Home>(
     home: &Programs<H>,
     session: &Session,

@@ -132,7 +132,8 @@ pub(crate) struct Report<'a> {
 
 /// The page.
 ///
-/// # Errors No such block here, or the picture is invalid.
+/// # Errors
+/// No such block here, or the picture is invalid.
 pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
     let fmu = fmu_of(home, &report.of.block)?;
     let description = describe(home, &fmu)?;

@@ -42,7 +42,8 @@ macro_rules! requests {
         impl Request {
             /// Answers it.
             ///
-            /// # Errors The problem, with name and value, and the remedy.
+            /// # Errors
+            /// The problem, with name and value, and the remedy.
             pub(crate) fn answer<H: Home>(self, $home: &Programs<H>, $session: &mut Session) -> Result<serde_json::Value> {
                 Ok(match self { $(
                     Request::$Name $({ $($field),* })? $(($given))? => serde_json::to_value::<$Answer>($answer)?,

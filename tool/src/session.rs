@@ -191,7 +191,8 @@ impl Record {
 
     /// The column of a variable, `MEMBER.VARIABLE`.
     ///
-    /// # Errors No such variable; the message suggests a similar one.
+    /// # Errors
+    /// No such variable; the message suggests a similar one.
     pub fn column(&self, variable: &str) -> Result<usize> {
         if let Some(place) = self.places.get(variable) {
             return Ok(*place);
@@ -250,7 +251,8 @@ impl Record {
 
     /// The curves of variables, thinned out.
     ///
-    /// # Errors No such variable, or fewer than 2 points requested.
+    /// # Errors
+    /// No such variable, or fewer than 2 points requested.
     pub fn view(&self, view: &View) -> Result<Curves> {
         if view.points < 2 {
             bail!("points = {}: a curve needs at least 2", view.points);
@@ -293,7 +295,8 @@ impl Record {
 impl Session {
     /// Begins a run; the present one is kept as an earlier run.
     ///
-    /// # Errors A problem in the setup, or an FMU refuses it. The present run then continues.
+    /// # Errors
+    /// A problem in the setup, or an FMU refuses it. The present run then continues.
     pub fn start(&mut self, home: &dyn Home, setup: Setup) -> Result<State> {
         let mut present = Present::begin(home, setup)?;
         present.record.number = self.runs;
@@ -313,14 +316,16 @@ impl Session {
 
     /// The state of the present run. Remarks are returned once.
     ///
-    /// # Errors No run.
+    /// # Errors
+    /// No run.
     pub fn state(&mut self) -> Result<State> {
         Ok(self.present()?.state())
     }
 
     /// A run; by default the present one.
     ///
-    /// # Errors No such run, or it is no longer kept.
+    /// # Errors
+    /// No such run, or it is no longer kept.
     pub fn record(&self, run: Option<usize>) -> Result<&Record> {
         let present = self.present.as_ref().map(|present| &present.record);
         let Some(run) = run else {
@@ -333,7 +338,8 @@ impl Session {
 
     /// Sets variables before the next call.
     ///
-    /// # Errors An unknown, connected or fixed variable, or a value that it rejects. Nothing is set then.
+    /// # Errors
+    /// An unknown, connected or fixed variable, or a value that it rejects. Nothing is set then.
     pub fn send(&mut self, values: &Values) -> Result<State> {
         self.present()?.send(values)?;
         self.state()
@@ -341,7 +347,8 @@ impl Session {
 
     /// Moves a variable evenly to a value, with an event before each of the next calls.
     ///
-    /// # Errors As [`Session::send`]; the variable is not a number, or the ramp takes too long.
+    /// # Errors
+    /// As [`Session::send`]; the variable is not a number, or the ramp takes too long.
     pub fn ramp(&mut self, variable: &str, to: f64, seconds: f64) -> Result<State> {
         self.present()?.ramp(variable, to, seconds)?;
         self.state()
@@ -349,7 +356,8 @@ impl Session {
 
     /// Makes calls.
     ///
-    /// # Errors No call or too many; the run has ended. A failing FMU is not an error: see [`State::failure`].
+    /// # Errors
+    /// No call or too many; the run has ended. A failing FMU is not an error: see [`State::failure`].
     pub fn run(&mut self, calls: usize) -> Result<State> {
         Session::check_calls(calls)?;
         self.present()?.run(calls)?;
@@ -365,8 +373,9 @@ impl Session {
 
     /// Replaces all members but the first, which continues.
     ///
-    /// # Errors A problem with them; everything then continues as before. If one of them fails during initialization,
-    /// the run has ended and the first member is kept.
+    /// # Errors
+    /// A problem with them; everything then continues as before. If one of them fails during initialization, the run
+    /// has ended and the first member is kept.
     pub fn exchange(
         &mut self,
         home: &dyn Home,
@@ -379,7 +388,8 @@ impl Session {
 
     /// Begins again with the setup of a run, and makes the same calls with the same events.
     ///
-    /// # Errors No such run; as [`Session::start`].
+    /// # Errors
+    /// No such run; as [`Session::start`].
     pub fn same_bits(&mut self, home: &dyn Home, run: Option<usize>) -> Result<State> {
         let mut script = Script::new(self.record(run)?);
         if run.is_some() {
@@ -392,7 +402,8 @@ impl Session {
     /// Begins again with the stimuli of a run and the settings in force: the given ones, by `MEMBER.VARIABLE`, else
     /// those at the end of that run, and the members and connections at its end.
     ///
-    /// # Errors No such run; as [`Session::start`].
+    /// # Errors
+    /// No such run; as [`Session::start`].
     pub fn same_test(&mut self, home: &dyn Home, run: Option<usize>, values: &Values) -> Result<State> {
         let mut script = Script::new(self.record(run)?);
         script.put_settings(home, values)?;
@@ -402,7 +413,8 @@ impl Session {
     /// The curves of the present run's test with other settings, by `MEMBER.VARIABLE`. The present run is not affected,
     /// and the trial run does not enter the list.
     ///
-    /// # Errors No run, or one of too many calls; as [`Session::same_test`].
+    /// # Errors
+    /// No run, or one of too many calls; as [`Session::same_test`].
     pub fn tried(&self, home: &dyn Home, values: &Values) -> Result<Session> {
         let mut script = Script::new(self.record(None)?);
         if script.calls > MOST_TRIED {
@@ -416,7 +428,8 @@ impl Session {
 
     /// Repeats the calls of the present run up to one of them, without adding a run to the list.
     ///
-    /// # Errors The run has no such call, or too many before it.
+    /// # Errors
+    /// The run has no such call, or too many before it.
     pub fn again_up_to(&self, home: &dyn Home, call: usize) -> Result<()> {
         let record = self.record(None)?;
         if call >= record.calls() {
@@ -456,7 +469,8 @@ impl Session {
 
     /// The curves of a run.
     ///
-    /// # Errors No such run or variable.
+    /// # Errors
+    /// No such run or variable.
     pub fn view(&self, view: &View) -> Result<Curves> {
         self.record(view.run)?.view(view)
     }
@@ -464,7 +478,8 @@ impl Session {
 
 /// The values of all variables of a member, when alone, before its first call, by their full names.
 ///
-/// # Errors A problem with its values, or the reason why it refuses them.
+/// # Errors
+/// A problem with its values, or the reason why it refuses them.
 pub fn start_values(home: &dyn Home, member: &message::Member) -> Result<Values> {
     let members = std::slice::from_ref(member);
     let begin = Begin::Later { start: 0.0, step: 1.0 };

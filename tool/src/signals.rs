@@ -43,7 +43,8 @@ pub struct Signals {
 impl Signals {
     /// The signals of a run between two times, both in seconds; by default of all calls.
     ///
-    /// # Errors The first member has no known setpoint or process value.
+    /// # Errors
+    /// The first member has no known setpoint or process value.
     pub fn new(home: &dyn Home, record: &Record, from: Option<f64>, to: Option<f64>) -> Result<Signals> {
         let controller = record.setup().members.first().context("no controller")?;
         let roles = describe(home, &controller.fmu)?.roles;
@@ -155,7 +156,8 @@ fn disturbances(record: &Record, wiring: &Wiring) -> Vec<Set> {
 
 /// The figures of a run.
 ///
-/// # Errors No such run; as [`Signals::new`].
+/// # Errors
+/// No such run; as [`Signals::new`].
 pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> Result<Figures> {
     // The last change of the setpoint may be before the window.
     let record = session.record(request.run)?;
@@ -202,7 +204,8 @@ pub fn tried(
 
 /// A plant's model from a step in a run or in a file.
 ///
-/// # Errors No such run, or it does not reveal the plant; a problem of the file.
+/// # Errors
+/// No such run, or it does not reveal the plant; a problem of the file.
 pub fn identify(home: &dyn Home, session: &Session, request: &identify::IdentifyRequest) -> Result<Identified> {
     let Data::Run { run, from, to } = request.data else { return identify::of_csv(request) };
     let record = session.record(run)?;

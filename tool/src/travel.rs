@@ -17,7 +17,8 @@ const MOVE: f64 = 0.04;
 
 /// A plant's model, from the travel of the actuator to the process value.
 ///
-/// # Errors As for [`percent_of_a_call`], or the record does not reveal the plant.
+/// # Errors
+/// As for [`percent_of_a_call`], or the record does not reveal the plant.
 pub fn identify(
     home: &dyn Home,
     record: &Record,
@@ -47,7 +48,8 @@ pub fn identify(
 
 /// The distance that a pulse of one call moves the actuator, in percent of its travel.
 ///
-/// # Errors The controller is not a step controller, or not all of its calls are recorded.
+/// # Errors
+/// The controller is not a step controller, or not all of its calls are recorded.
 pub fn percent_of_a_call(home: &dyn Home, record: &Record) -> Result<f64> {
     Motor::new(home, record)?.percent_of_a_call(record)
 }

@@ -17,7 +17,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// How much to test.
+/// The extent of testing.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     /// Also run the tests that take long, all under valgrind, and the random ones with far more cases (an hour more)

@@ -4,7 +4,7 @@ use super::fingerprint::{BASIS, hash};
 use super::kind::Kind;
 
 named! {
-    /// Which types a host is given.
+    /// The types presented to a host.
     Types {
         /// Those that the PLC has, and arrays.
         Native "native";

@@ -17,7 +17,7 @@ pub enum Change {
         value: Value,
         /// Its value in the loop.
         before: Value,
-        /// Why this value was tried; none if it was searched for.
+        /// The reason for trying this value; `None` if it was searched for.
         why: Option<Why>,
     },
     /// The block is called this many times from row to row.
@@ -38,7 +38,7 @@ pub enum Change {
     },
 }
 
-/// Where a setting was changed while the recording was made.
+/// A setting changed during the recording, with the time of the change.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Since {
@@ -52,7 +52,7 @@ pub struct Since {
     pub latest: (usize, f64),
 }
 
-/// Why a value of a setting was tried.
+/// The reason for trying a value of a setting.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]

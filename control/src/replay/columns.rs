@@ -1,4 +1,4 @@
-//! Which column of a recording is which variable of the block, with its values as the block takes them.
+//! The assignment of a recording's columns to variables of the block, with values as the block takes them.
 
 use super::change::{Change, Moving};
 use super::instance::{Block, change, typed};
@@ -17,7 +17,7 @@ const COARSE: f64 = 1.5;
 
 /// A recording, as far as it belongs to the block.
 pub(super) struct Recording {
-    /// How many rows there are.
+    /// The number of rows.
     pub(super) rows: usize,
     /// The time of each in seconds.
     pub(super) times: Vec<f64>,
@@ -25,7 +25,7 @@ pub(super) struct Recording {
     pub(super) lines: Vec<usize>,
     /// The most frequent interval between rows in seconds, if the file has times.
     pub(super) spacing: Option<f64>,
-    /// Whether that is so much more than the time between two calls that calls must lie between the rows.
+    /// Whether that is so much more than the time between two calls that there must be calls between the rows.
     pub(super) is_coarse: bool,
     /// The signals set before the calls.
     pub(super) inputs: Vec<Signal>,
@@ -61,24 +61,25 @@ pub(super) struct Signal {
     pub(super) is_measured: bool,
     /// Whether it is an input, such as the setpoint, that stays for many rows.
     is_held: bool,
-    /// How the column is written; without its values.
+    /// The format of the column; without its values.
     written: Column,
     /// The factor from the text to `values`.
     scale: f64,
-    /// What REAL leaves open of its largest value.
+    /// The resolution of REAL at its largest value.
     pub(super) rounding: f64,
-    /// Whether the column is an output of the block that stands for an input of it.
+    /// Whether the column is an output of the block that represents one of its inputs.
     is_output_column: bool,
 }
 
 /// A manipulated value that is the same in this many rows stands still.
 const STANDS_STILL: usize = 10;
 
-/// How much of an output's largest value counts as rounding: 16 times what REAL resolves, since each call rounds again.
+/// The fraction of an output's largest value that counts as rounding: 16 times the resolution of REAL, since each call
+/// rounds again.
 const ROUNDING: f64 = 16.0 * f32::EPSILON as f64 / 2.0;
 
 impl Signal {
-    /// How far the true value may be from the recorded one.
+    /// The largest difference between the true and the recorded value.
     pub(super) fn resolution(&self, value: f64) -> f64 {
         if self.is_boolean { 0.0 } else { self.written.resolution(value / self.scale) * self.scale }
     }
@@ -106,7 +107,7 @@ impl Signal {
         self.resolution(value).max(self.rounding)
     }
 
-    /// How far any of its values may be off.
+    /// The largest allowed deviation of any of its values.
     pub(super) fn coarsest(&self) -> f64 {
         let known = self.values.iter().filter(|value| value.is_finite());
         known.map(|value| self.tolerance(*value)).fold(0.0, f64::max)

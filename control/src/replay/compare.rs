@@ -9,7 +9,7 @@ use modeldescription::digits::short;
 /// Seeds of the variations of the measured values' last digits.
 const SEEDS: [u64; 3] = [1, 2, 3];
 
-/// What these few ways show may be too little by so much.
+/// The factor by which these few variations may underestimate the spread.
 const SPREAD: f64 = 3.0;
 
 /// A beginning that agrees for this many rows is no accident either.
@@ -22,14 +22,14 @@ pub(super) const CLEARLY: usize = 3;
 pub(super) struct Comparison<'a> {
     pub(super) block: &'a Block<'a>,
     pub(super) recording: &'a Recording,
-    /// How far a value may be off; by the digits of the recording without it.
+    /// The allowed deviation of a value; by default given by the digits of the recording.
     pub(super) tolerance: Option<f64>,
     /// The possible effect of the inputs' last digits on each output in each row, if one run judges the others;
     /// otherwise each run has its own.
     pub(super) spread: Option<&'a [Vec<f64>]>,
 }
 
-/// How the block did.
+/// The result of a run.
 #[derive(Clone)]
 pub(super) struct Outcome {
     pub(super) variant: Variant,
@@ -41,12 +41,12 @@ pub(super) struct Outcome {
     spread: Vec<Vec<f64>>,
 }
 
-/// How an output differs.
+/// The differences in an output.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Difference {
     /// The first row that differs.
     pub(super) first: Option<usize>,
-    /// How many rows differ.
+    /// The number of rows that differ.
     pub(super) different: usize,
     /// The largest difference of all rows.
     pub(super) largest: f64,
@@ -65,7 +65,7 @@ impl Outcome {
         self.spread.get(output).and_then(|rows| rows.last()).copied().unwrap_or_default()
     }
 
-    /// How many rows of outputs differ.
+    /// The number of rows of outputs that differ.
     pub(super) fn different(&self) -> usize {
         self.compared.iter().map(|of| of.different).sum()
     }
@@ -97,7 +97,7 @@ impl Outcome {
             .iter()
             .enumerate()
             .map(|(output, of)| (self.spread(output), of))
-            // What REAL leaves open anyway is no rounding of the recording.
+            // The resolution of REAL itself is not a rounding of the recording.
             .filter(|(spread, of)| *spread > of.rounding && !of.is_boolean)
             .map(|(spread, of)| format!("{} by up to {}", of.name, short(spread)))
             .collect();
@@ -116,7 +116,7 @@ impl<'a> Comparison<'a> {
         Comparison { block, recording, tolerance, spread: None }
     }
 
-    /// How the block may have got to the first row, this way before the others.
+    /// The ways in which the block may have reached the first row, this one first.
     pub(super) fn beginnings(&self, first: Beginning) -> Vec<Beginning> {
         let all = match () {
             () if self.recording.says_restart => vec![Beginning::Restart],
@@ -135,7 +135,8 @@ impl<'a> Comparison<'a> {
         let mut all: Vec<Outcome> = Vec::new();
         for beginning in self.beginnings(Beginning::Fresh) {
             let mut outcome = self.run(&Variant { beginning, ..variant.clone() }, rows)?;
-            // A beginning in the middle leaves more open. What another one does not need is not accepted for it.
+            // A beginning in the middle has a wider tolerance, which is not accepted where another beginning does
+            // without.
             let tight = all.iter().filter(|of| of.first().is_some_and(|first| first >= LONG));
             if let Some(tight) = tight.max_by_key(|of| of.first()).filter(|_| beginning == Beginning::Held) {
                 outcome.compared = self.differences(&outcome.outputs, &[], &tight.spread);
@@ -254,7 +255,7 @@ impl<'a> Comparison<'a> {
         difference
     }
 
-    /// How far an output may be off in a row.
+    /// The allowed deviation of an output in a row.
     fn allowed(&self, of: &Signal, row: usize, spread: &[f64]) -> f64 {
         match self.tolerance {
             _ if of.is_boolean => 0.0,

@@ -1,8 +1,8 @@
 //! Estimates the values of settings with which the block reproduces a recording: the block itself gets the recorded
 //! inputs, and its outputs are compared with the recorded ones.
 //!
-//! One setting is searched on a grid and by golden section, two by least squares (Levenberg and Marquardt). Switches count by how often
-//! they were TRUE so far: so a pulse that comes late costs little, and one that does not come costs more and more.
+//! One setting is searched on a grid and by golden section, two by least squares (Levenberg and Marquardt). Switches
+//! count by how often they were TRUE so far: so a late pulse costs little, and a missing one costs more and more.
 
 use super::columns::{Signal, is_tunable};
 use super::compare::{Comparison, Outcome};
@@ -18,13 +18,13 @@ use std::cell::Cell;
 const FACTORS: [f64; 9] = [1.1, 1.25, 1.5, 2.0, 3.0, 4.5, 7.0, 12.0, 30.0];
 /// The grid for a setting that is 0, as fractions of the range of the recorded values.
 const PARTS: [f64; 6] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5];
-/// How often an interval is divided.
+/// The number of divisions of an interval.
 const DIVISIONS: usize = 24;
 /// The number of points of a grid where an interval cannot be divided.
 const POINTS: usize = 40;
 /// The points of a grid of two settings, in each of them.
 const PAIR_POINTS: i32 = 11;
-/// How much narrower each grid of two settings is than the one before.
+/// The ratio of the widths of successive grids of two settings.
 const NARROWER: f64 = 0.4;
 /// The narrowest grid of two settings, as a part of their values.
 const FINEST: f64 = 1e-3;
@@ -41,9 +41,9 @@ const INSENSITIVE: f64 = 1e-9;
 pub(super) struct Search<'a> {
     pub(super) comparison: &'a Comparison<'a>,
     pub(super) rows: usize,
-    /// How many calls may still be made.
+    /// The number of calls that may still be made.
     left: Cell<usize>,
-    /// How many a run makes.
+    /// The number of calls in a run.
     calls: usize,
     /// The divisor of each output.
     scales: Vec<f64>,
@@ -180,7 +180,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// How far the recorded numbers move.
+    /// The range of the recorded numbers.
     fn span(&self) -> f64 {
         let recording = self.comparison.recording;
         let span = |of: &Signal| {

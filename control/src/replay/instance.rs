@@ -24,15 +24,15 @@ pub(super) struct Block<'a> {
     pub(super) table: Arc<Table>,
     pub(super) roles: &'a Roles,
     pub(super) groups: &'a [Group],
-    /// How each variable of the table is read and written.
+    /// The type and the reference of each variable of the table.
     variables: Vec<(Type, u32)>,
     /// The value that each variable of the table has at the start: that of the loop, else that of a new instance.
     pub(super) settings: Vec<f64>,
-    /// Which of them the loop has.
+    /// Those that the loop specifies.
     given: Vec<usize>,
 }
 
-/// How the block gets to the first row.
+/// How the block reaches the first row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Beginning {
     /// The first row is the restart.
@@ -268,9 +268,9 @@ struct Calls<'b, 'a> {
     component: Box<dyn Component>,
     /// In seconds.
     cycle: f64,
-    /// How many calls were made.
+    /// The number of calls made.
     calls: usize,
-    /// What each variable of the table was set to last.
+    /// The last value set for each variable of the table.
     last: Vec<f64>,
 }
 

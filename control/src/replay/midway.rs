@@ -40,7 +40,7 @@ const WORSE: f64 = 2.0;
 #[derive(Clone)]
 struct Start<'a> {
     comparison: &'a Comparison<'a>,
-    /// Which of the readings it is.
+    /// The index of the reading.
     reading: usize,
     variant: Variant,
     /// The first row that it does not explain.
@@ -49,7 +49,7 @@ struct Start<'a> {
 
 /// The explanation by a change by hand.
 pub(super) struct Midway {
-    /// Which of the readings of the recording it is.
+    /// The index of the reading of the recording.
     pub(super) reading: usize,
     /// The run with the settings of the loop.
     pub(super) base: Outcome,
@@ -104,7 +104,7 @@ fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
     Ok(best.map(|(_, midway)| midway))
 }
 
-/// How many settings differ from those of the loop at first or later.
+/// The number of settings that differ from those of the loop at first or later.
 fn settings(suspect: &Suspect) -> usize {
     let changes = suspect.changes.iter().chain(suspect.since.as_ref().map(|since| &since.change));
     let names = changes.filter_map(|change| match change {
@@ -140,7 +140,7 @@ impl<'a> Start<'a> {
                 continue;
             };
             let mut reached = rows;
-            // The more rows it explains, the more exactly they tell it.
+            // The more rows it explains, the more precisely they determine it.
             while let Some(first) =
                 comparison.run(&found.variant, total)?.first().filter(|first| *first > reached + CLEARLY)
             {
@@ -216,7 +216,7 @@ impl<'a> Start<'a> {
         let own = change(block, row, value, self.variant.values.get(&row));
         let mut whole = self.variant.clone();
         whole.values.insert(row, value);
-        // What may have had its value from the start on was not changed by hand.
+        // If the new value fits from the start on, the setting was not changed by hand.
         let is_whole = from(&earliest) <= 1 && self.comparison.run(&whole, recording.rows)?.different() == 0;
         let (changes, since) = match is_whole {
             true => (whole.values.iter().map(of_start).collect(), None),
@@ -241,7 +241,7 @@ impl<'a> Start<'a> {
     }
 }
 
-/// The same setting with the row of the change and the value that come nearest.
+/// The same setting with the row of the change and the value that fit best.
 fn moved(search: &Search, from: &Found, row: usize) -> Found {
     let mut best = from.clone();
     let mut stride = STRIDE;
@@ -284,7 +284,7 @@ fn at(search: &Search, of: &Found, row: usize, by: isize) -> Option<Found> {
     }
     later.from = from;
     let there = Found { error: search.error(&variant), variant };
-    // Where both values do the same, the value stays the one that was found.
+    // If both values have the same effect, the value is kept.
     if search.fits(&there.variant) && there.error <= of.error {
         return Some(there);
     }

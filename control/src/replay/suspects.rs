@@ -19,7 +19,7 @@ const BEHIND: usize = 3_000;
 /// This many calls may be spent on trying.
 const MOST_CALLS: usize = 3_000_000;
 
-/// This many missed calls are looked for.
+/// The maximum number of missed calls searched for.
 const MOST_MISSED: usize = 10;
 
 /// Pairs are tried among this many settings.
@@ -188,7 +188,7 @@ impl Diagnosis<'_> {
             tried.push(Tried::new(outcome, whole(changes), Vec::new()));
         }
         let candidates = search.candidates(&base);
-        // How the block got to the first row was judged with wrong settings: if they explain nothing, it may have been otherwise.
+        // The beginning was judged with wrong settings: if they explain nothing, another beginning is possible.
         let mut found: Vec<(usize, Found)> = Vec::new();
         for beginning in self.comparison.beginnings(start.variant.beginning) {
             let base = Variant { beginning, ..start.variant.clone() };
@@ -486,7 +486,7 @@ fn is_round(suspect: &Suspect) -> bool {
     numbers.all(|value| (rounded(value, FEW) - value).abs() <= 1e-6 * value.abs())
 }
 
-/// How wide a range of a value is, as a part of it.
+/// The width of a value's range, as a fraction of the value.
 fn part(low: f64, high: f64, value: f64) -> f64 {
     (high - low) / value.abs().max(1e-12)
 }
@@ -501,7 +501,7 @@ pub(super) fn is_wide(low: f64, high: f64, value: f64) -> bool {
     part(low, high, value) >= WIDE
 }
 
-/// How many different sets of settings explain everything.
+/// The number of different sets of settings that explain everything.
 pub(super) fn fitting(tried: &[Tried]) -> usize {
     let mut sets: Vec<Vec<usize>> =
         tried.iter().filter(|of| of.outcome.different() == 0).map(|of| of.rows.clone()).collect();

@@ -28,14 +28,14 @@
 //! | `box NAME 20,3 SYMBOL with A B` | a function with its symbol and the variables that act on it; the place is the middle of the symbol. Instead of a symbol: `"a text" "in lines"`, or `in A B out C` for a block inside, whose pins wires meet as NAME.A |
 //! | `sum NAME 12,3 left + bottom -` | a summing point with the sign at each side |
 //! | `switch NAME 30,4 TRUE upper` | a switch that the variable NAME throws; TRUE takes the upper or the `lower` contact. `constant FALSE 0.0`: that contact has a number and no wire; `below`: NAME stands below; `by B`: it is thrown by B. A second switch of a variable stands in the same column and is thrown with the first |
-//! | `text 5,5 "e"` | words; `middle` or `end` says what of them is at the place |
+//! | `text 5,5 "e"` | words; `middle` or `end` selects which part of them is at the place |
 //! | `value NAME 25,3` | the name of a variable inside above a wire, room for its value below it |
 //! | `frame 10,1 30,9 "every call"` | a dashed border, with width and height |
 //! | `A > x12 > B.top > C` | wires from the right of A to the top of B, from its right to the left of C. `x12` and `y7` are corners: the wire goes there level or upright. Ends are `NAME`, `NAME.top`, `NAME.left+1` (one unit below the middle), `NAME.TRUE` and `NAME.FALSE` (contacts of a switch), `NAME.PIN` (of a block inside) |
 //! | `15,3 > y6 > ER` | a wire that branches off another one at this point |
 //! | `PV: A > B` | wires that carry the variable PV, with all that branches off them |
 //! | `dashed A > B` | wires that act in some states only, such as the tracking of an integrator in manual mode |
-//! | `icon SYMBOL`, `icon "PI"` | what stands for the block where there is room for little |
+//! | `icon SYMBOL`, `icon "PI"` | the block's icon where there is little space |
 //! | `// ...` | a remark |
 //!
 //! Symbols: [`symbol::SYMBOLS`]. Each input, parameter and output of the block has to be in the diagram once; elements must not overlap, and wires

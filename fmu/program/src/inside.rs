@@ -17,7 +17,7 @@ pub struct InnerInstance {
     pub block: String,
     /// Whether its law is that of a block of [`blocks`], and not in SCL.
     pub is_native: bool,
-    /// Where it lies in the memory.
+    /// Its address in the memory.
     address: usize,
 }
 
@@ -137,7 +137,7 @@ impl Program {
     /// The temporaries of the block that runs, with their values at the end of the last call: numbers and truth values.
     pub fn temps(&self) -> Vec<(&str, Value)> {
         let Some(body) = self.loaded.body() else { return Vec::new() };
-        // Where truth values are noted is no temporary of the author.
+        // Locals that record truth values are not temporaries of the author.
         let notes = self.loaded.notes.iter().filter(|note| note.function == body);
         let notes: HashSet<usize> = notes.map(|note| note.local).collect();
         let locals = self.loaded.program.functions[body].locals.iter().enumerate();

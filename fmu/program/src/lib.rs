@@ -60,7 +60,7 @@ pub struct Loaded {
     in_outs: Vec<usize>,
     /// The number of the function that is called once at the start.
     startup: Option<usize>,
-    /// Where the block itself has the time between two calls.
+    /// The place of the block's own time between two calls.
     own_cycle: Option<usize>,
     /// The name of the block, or of the first of several.
     block: String,
@@ -72,7 +72,8 @@ pub struct Loaded {
 impl Loaded {
     /// Translates a program. A unit stated in a comment becomes part of the table if it is known.
     ///
-    /// # Errors All errors in the sources, with file, line and column, or no block to run.
+    /// # Errors
+    /// All errors in the sources, with file, line and column, or no block to run.
     pub fn new(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
         Loaded::from_compiled(compile(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
     }
@@ -137,7 +138,7 @@ pub struct Program {
     machine: Machine,
     /// The time between two calls, in milliseconds.
     cycle: i32,
-    /// How many calls there were since the restart.
+    /// The number of calls since the restart.
     calls: u64,
     /// The values set for rows that the program also writes; 0 for others.
     set: Vec<u64>,

@@ -11,7 +11,7 @@ impl Loaded {
     /// The FMU of the program as one file of C, for a version of FMI. `with_laws` adds the laws of this project's blocks, of which the program may have instances.
     ///
     /// # Errors
-    /// What of the program cannot be printed as C.
+    /// A part of the program cannot be printed as C.
     pub fn sources(
         self: &Arc<Self>,
         door: &'static Door,

@@ -8,7 +8,7 @@ use scl::ir::{Scalar, Type};
 use scl::{Compiled, Root};
 use std::collections::{HashMap, HashSet};
 
-/// Where the memory has a row.
+/// The place of a row in the memory.
 #[derive(Clone, Copy, Debug)]
 pub struct RowMemory {
     pub ty: Scalar,
@@ -16,10 +16,10 @@ pub struct RowMemory {
     pub held: Held,
 }
 
-/// Where the memory has a text.
+/// The place of a text in the memory.
 #[derive(Clone, Copy, Debug)]
 pub struct TextPlace {
-    /// Where it begins, in bytes: the number of its characters in 16 bits, then the characters.
+    /// Its offset, in bytes: the number of its characters in 16 bits, followed by the characters.
     pub offset: usize,
     /// Its type; a character of a WSTRING has 16 bits, of a STRING 8.
     pub ty: TextType,
@@ -96,8 +96,8 @@ const CYCLE: &str = "CYCLE";
 
 /// Builds the table of a program. A unit in a comment that `is_unit` does not know stays in the text.
 ///
-/// # Errors The manifest contains a name that the program does not have, or makes a text an input that the program
-/// writes.
+/// # Errors
+/// The manifest contains a name that the program does not have, or makes a text an input that the program writes.
 pub fn build(
     manifest: &Manifest,
     compiled: &Compiled,
@@ -306,7 +306,7 @@ fn row(name: &str, variable: &Variable, role: Role, start: Value, is_unit: fn(&s
     let is_inside =
         min.is_none_or(|min| number(min) <= number(start)) && max.is_none_or(|max| number(start) <= number(max));
     if !is_inside {
-        // A start value outside the range is what the CPU starts with; FMI requires it inside.
+        // A CPU starts with a value outside the range, too; FMI requires it inside.
         let shown = |bound: Option<Value>| bound.map_or_else(|| "...".into(), |bound| format!("{:?}", number(bound)));
         add(format!("range {} to {}, without the start value", shown(min), shown(max)));
         (min, max) = (None, None);

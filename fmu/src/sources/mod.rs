@@ -59,7 +59,7 @@ pub struct Door {
     pub(crate) functions: [&'static str; 2],
     /// Its types.
     pub(crate) types: &'static [&'static str],
-    /// Which of them a variable has.
+    /// Selects the type of a variable.
     pub(crate) type_of: fn(&Variable) -> &'static str,
     /// Whether an array is one variable.
     pub(crate) has_arrays: bool,
@@ -127,7 +127,7 @@ pub struct Parts<'a> {
     pub name: &'a str,
     /// Its variables.
     pub variables: &'a [Variable],
-    /// Which of them is the time between two calls, and its start value in milliseconds.
+    /// The index of the time between two calls, and its start value in milliseconds.
     pub cycle: (usize, f64),
     /// The hash of the interface.
     pub hash: u128,
@@ -138,9 +138,9 @@ pub struct Parts<'a> {
     /// The address of each variable in the memory, in bytes, and when it receives the value set by the host; arbitrary
     /// for a program's cycle.
     pub places: &'a [(usize, TakesEffect)],
-    /// Which of its variables and texts are the elements of arrays.
+    /// The variables and texts that are elements of arrays.
     pub layout: Option<&'a Layout>,
-    /// Its texts, where each lies in the memory, and how many bytes it takes there.
+    /// Its texts, with the address of each in the memory and its size in bytes.
     pub texts: &'a [(Text, usize, usize)],
     /// The size of the memory in bytes.
     pub memory: usize,
@@ -157,7 +157,7 @@ pub enum Of<'a> {
     Program {
         /// The name of the function that is called once at the start.
         startup: Option<&'a str>,
-        /// Where it has the time between two calls for itself.
+        /// The place of its own time between two calls.
         own_cycle: Option<usize>,
         /// The sources, for messages.
         files: &'a [String],
@@ -168,25 +168,25 @@ pub enum Of<'a> {
     Block {
         /// The name of the function of the restart.
         restart: &'a str,
-        /// Where the mean of the pulse and the pulse lie, and the name of the function that writes the latter.
+        /// The addresses of the pulse's mean and of the pulse, and the name of the function that writes the latter.
         mean: Option<(usize, usize, &'a str)>,
-        /// Why settings are refused.
+        /// The check of the settings.
         check: Option<Check<'a>>,
         /// The contents of a saved state, in order.
         fields: &'a [Field],
     },
 }
 
-/// Why a block refuses settings.
+/// The check with which a block refuses settings.
 #[derive(Debug)]
 pub struct Check<'a> {
     /// The name of the function that creates it.
     pub call: &'a str,
-    /// Where it writes the number of the message, from 1, or 0.
+    /// The address of the message number: from 1, or 0 for none.
     pub refusal: usize,
     /// The address of the numbers in the message, consecutive binary64 values.
     pub numbers: usize,
-    /// The messages. A number stands where they have the character 1 (a whole one without ".0") or 2.
+    /// The messages. The characters 1 (whole numbers without ".0") and 2 are placeholders for numbers.
     pub messages: &'a [String],
 }
 
@@ -195,7 +195,7 @@ pub struct Check<'a> {
 pub struct Field {
     /// Its name, for readers.
     pub name: String,
-    /// Where it lies in the memory, in bytes.
+    /// Its address in the memory, in bytes.
     pub offset: usize,
     /// Its size in bytes.
     pub size: usize,
@@ -379,7 +379,7 @@ fn table(parts: &Parts) -> String {
     text
 }
 
-/// Why a block refuses settings.
+/// The reasons why a block refuses settings.
 fn refusals(text: &mut String, check: &Check) {
     let _ =
         writeln!(text, "#define PLCFMU_CHECK {} /* refuses settings with which the block cannot run */", check.call);
@@ -678,7 +678,8 @@ pub trait Subject {
     fn set(&mut self, row: usize, number: f64) -> Result<(), Self::Error>;
     /// Makes a call; returns whether it completed.
     ///
-    /// # Errors The call cannot be made.
+    /// # Errors
+    /// The call cannot be made.
     fn call(&mut self) -> Result<bool, Self::Error>;
     /// Reads a variable as a number: times in seconds, TRUE as 1.
     ///
@@ -710,7 +711,8 @@ impl<B: Cyclic> Subject for B {
 /// Makes the calls of the self-test, up to one that stops the program, with inputs that are drawn. Says how many they are, and the
 /// hash of all variables after each.
 ///
-/// # Errors The subject refuses.
+/// # Errors
+/// The subject refuses.
 pub fn tape<S: Subject>(variables: &[Variable], subject: &mut S) -> Result<(u32, u128), S::Error> {
     let (mut seed, mut hash) = (1_u32, BASIS);
     let mut next = || {

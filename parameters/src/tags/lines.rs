@@ -14,7 +14,8 @@ pub enum Declared {
 /// Reads a declaration: a name, which may stand in quotation marks, perhaps AT and an address, a colon and a type; then perhaps
 /// `:=` and a value, which makes it a constant, and a comment after `//`.
 ///
-/// # Errors The expected form.
+/// # Errors
+/// The expected form.
 ///
 /// ```
 /// use parameters::tags::{Area, Declared, declaration};

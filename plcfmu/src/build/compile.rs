@@ -76,7 +76,8 @@ impl Linkage {
 /// Builds the release libraries of `crates` for one of FMI's platforms and returns their paths, by package. Libraries for
 /// several processors of macOS become one file.
 ///
-/// # Errors Cargo fails; it has printed the reason.
+/// # Errors
+/// Cargo fails; it has printed the reason.
 pub fn compile_joined(
     workspace: &Workspace,
     crates: &[FmuCrate],
@@ -104,7 +105,8 @@ pub fn compile_joined(
 
 /// Builds the release libraries of `crates` for one processor and returns their paths, by package.
 ///
-/// # Errors Cargo fails; it has printed the reason.
+/// # Errors
+/// Cargo fails; it has printed the reason.
 pub fn compile(
     workspace: &Workspace,
     crates: &[FmuCrate],

@@ -140,7 +140,8 @@ pub fn different_source(crate_folder: &Path) -> Option<String> {
 
 /// Replaces the sources in a crate by those of this program.
 ///
-/// # Errors The crate contains no sources, or they cannot be written.
+/// # Errors
+/// The crate contains no sources, or they cannot be written.
 pub fn update(crate_folder: &Path) -> Result<()> {
     let folder = crate_folder.join(SOURCES_FOLDER);
     if !folder.join("fmu/Cargo.toml").is_file() {

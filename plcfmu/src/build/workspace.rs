@@ -1,4 +1,4 @@
-//! What cargo knows of the workspace: where things are, and which of its packages make FMUs.
+//! Information from cargo about the workspace: its folders, and the packages that make FMUs.
 
 use anyhow::{Context, Result, anyhow};
 use cargo_metadata::{CrateType, DependencyKind, Metadata, MetadataCommand, Package};
@@ -11,7 +11,7 @@ use std::process::Command;
 pub struct Workspace {
     /// Its folder.
     pub root: PathBuf,
-    /// Where cargo builds.
+    /// The folder in which cargo builds.
     pub target: PathBuf,
     /// Its packages that make FMUs, sorted by name.
     pub crates: Vec<FmuCrate>,
@@ -32,14 +32,15 @@ pub struct FmuCrate {
     pub test_only: bool,
     /// Its FMU has no C: `sources = false` under `[package.metadata.plcfmu]`.
     pub without_sources: bool,
-    /// The folders in which the Rust of its block may lie: its own, and those of the packages that it depends on by path.
+    /// The folders that may contain the Rust of its block: its own, and those of its path dependencies.
     pub folders: Vec<PathBuf>,
 }
 
 impl Workspace {
     /// The workspace of the current folder, as cargo reports it.
     ///
-    /// # Errors Cargo's message if it cannot read the workspace.
+    /// # Errors
+    /// Cargo's message if it cannot read the workspace.
     pub fn find() -> Result<Workspace> {
         Workspace::from(&mut MetadataCommand::new()).context("cargo cannot read the package of this folder")
     }

@@ -53,8 +53,8 @@ pub struct Options {
 
 /// Checks FMUs and a program, and prints a description of each and its problems.
 ///
-/// # Errors The number of faulty FMUs, or that the program is faulty; the problems have been
-/// printed.
+/// # Errors
+/// The number of faulty FMUs, or that the program is faulty; the problems have been printed.
 pub fn run(options: &Options) -> Result<()> {
     let (sources, fmus): (Vec<PathBuf>, Vec<PathBuf>) =
         options.files.iter().cloned().partition(|file| program::is_part(file));
@@ -178,7 +178,7 @@ struct Verdict {
     libraries: Vec<String>,
     /// The result of its run, or the reason why it was not run.
     run: Option<String>,
-    /// Why this machine could not make its run.
+    /// The reason why this machine could not run it.
     untried: Option<String>,
 }
 

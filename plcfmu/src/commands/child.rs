@@ -9,7 +9,7 @@ use host::child::run as simulation;
 use std::path::PathBuf;
 use study::worker;
 
-/// What another process of plcfmu wants done.
+/// A request of another process of plcfmu.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
     /// What the process is for
@@ -20,7 +20,8 @@ pub struct Options {
 
 /// Carries out the requests on standard input until it ends.
 ///
-/// # Errors The role does not exist, or the other side has ended.
+/// # Errors
+/// The role does not exist, or the other side has ended.
 pub fn run(options: &Options) -> Result<()> {
     match options.role.as_str() {
         simulation::ROLE => simulation::child(&options.folder),

@@ -22,7 +22,7 @@ struct Recorded {
     manipulated_value: Vec<Option<f64>>,
     /// The values of the setpoint step with which the rows begin: before and after.
     step: (f64, f64),
-    /// When the loop was disturbed, in seconds.
+    /// The times of disturbances, in seconds.
     #[serde(default)]
     disturbances: Vec<f64>,
     /// The unit of the process value.
@@ -31,7 +31,7 @@ struct Recorded {
     travel_unit: Option<String>,
 }
 
-/// A figure in the answer, a list of them.
+/// A figure in the answer, which is a list of them.
 #[derive(Serialize)]
 struct Told {
     key: &'static str,
@@ -43,7 +43,8 @@ struct Told {
 
 /// Runs the command.
 ///
-/// # Errors Standard input is malformed.
+/// # Errors
+/// Standard input is malformed.
 pub fn run(_: &Options) -> Result<()> {
     let recorded: Recorded = serde_json::from_reader(io::stdin().lock()).context("standard input")?;
     let numbers = |values: &[Option<f64>]| values.iter().map(|value| value.unwrap_or(f64::NAN)).collect::<Vec<f64>>();

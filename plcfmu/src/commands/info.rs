@@ -26,7 +26,7 @@ pub struct Options {
     pub json: bool,
 }
 
-/// How wide the text should be, in characters.
+/// The width of the text, in characters.
 const WIDTH: usize = 100;
 
 /// The width of the labels before the variables, in characters.

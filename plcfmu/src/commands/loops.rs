@@ -76,7 +76,8 @@ impl Found {
 impl Arguments {
     /// The blocks that files may contain: those that are known, and those of the FMUs that are named.
     ///
-    /// # Errors An FMU cannot be read, or its library, which is loaded in a separate process, does not contain a table.
+    /// # Errors
+    /// An FMU cannot be read, or its library, which is loaded in a separate process, does not contain a table.
     pub fn blocks(&self) -> Result<Vec<Arc<BlockType>>> {
         let mut blocks = BlockType::all();
         for path in fmus(&self.fmus)? {

@@ -53,7 +53,8 @@ pub struct Options {
 
 /// Serves a client until it closes standard input, or the user interrupts the command.
 ///
-/// # Errors The current folder cannot be read, or the first message is not a request to initialize.
+/// # Errors
+/// The current folder cannot be read, or the first message is not a request to initialize.
 pub fn run(options: &Options) -> Result<()> {
     let interrupted = interruption::flag();
     let server = Server {

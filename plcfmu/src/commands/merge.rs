@@ -23,7 +23,8 @@ pub struct Options {
 
 /// Merges.
 ///
-/// # Errors An FMU is faulty, or two do not match. An existing file is kept then.
+/// # Errors
+/// An FMU is faulty, or two do not match. An existing file is kept then.
 pub fn run(options: &Options) -> Result<()> {
     let mut packages = Vec::new();
     for file in &options.files {

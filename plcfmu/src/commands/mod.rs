@@ -127,7 +127,7 @@ fn refuse_folders(files: &[PathBuf]) -> Result<()> {
     })
 }
 
-/// How much of its FMU's version of FMI a library exports. It may export functions of other versions too.
+/// The functions of its FMU's version of FMI that a library exports. It may export functions of other versions too.
 fn functions(binary: &Binary, description: &Description) -> String {
     let prefix = if description.is_fmi_3() { library::v3::PREFIX } else { library::PREFIX };
     let count = binary.functions.iter().filter(|name| name.starts_with(prefix)).count();
@@ -144,7 +144,7 @@ fn shown(text: &str, longest: usize) -> String {
                 break;
             }
             '"' | '\'' => shown.push(character),
-            // What cannot be printed as an escape sequence, such as \n or \u{9b}.
+            // Unprintable characters as escape sequences, such as \n or \u{9b}.
             _ => shown.extend(character.escape_debug()),
         }
     }

@@ -41,7 +41,8 @@ pub struct Options {
 
 /// Shows, converts or compares.
 ///
-/// # Errors A file or a loop cannot be read; the requested output cannot be written; [`Differs`].
+/// # Errors
+/// A file or a loop cannot be read; the requested output cannot be written; [`Differs`].
 pub fn run(options: &Options) -> Result<()> {
     let blocks = options.loops.blocks()?;
     let mut found = options.loops.read(&blocks)?;

@@ -84,8 +84,9 @@ struct Told<'a> {
 
 /// Makes presets.
 ///
-/// # Errors The parameters or an FMU are faulty, or the block of a loop has no FMU: nothing is written. If a loop
-/// cannot be read, the presets of the others are written.
+/// # Errors
+/// The parameters or an FMU are faulty, or the block of a loop has no FMU: nothing is written. If a loop cannot be
+/// read, the presets of the others are written.
 pub fn run(options: &Options) -> Result<()> {
     let mut arguments = options.loops.clone();
     // The originals of presets: the FMUs named, or those whose start values are read.

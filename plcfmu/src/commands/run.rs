@@ -109,8 +109,8 @@ FMUs are foreign code: they run in a process of their own. One that crashes or d
 
 /// Runs FMUs.
 ///
-/// # Errors The problem and the remedy; for an FMU that refuses: the call, the time and its messages. No file is
-/// written then.
+/// # Errors
+/// The problem and the remedy; for an FMU that refuses: the call, the time and its messages. No file is written then.
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
@@ -212,9 +212,9 @@ pub fn run(options: &Options) -> Result<()> {
 /// A run that is over.
 struct Simulated<'a> {
     kept: Kept<'a>,
-    /// How many steps were made.
+    /// The number of steps made.
     steps: usize,
-    /// Which FMU ended it before its time, and when.
+    /// The FMU that ended the run early, and the time.
     ended: Option<String>,
     /// In seconds.
     took: f64,
@@ -380,7 +380,7 @@ fn title(system: &System, figures: Option<&Figures>, unit: Option<&str>) -> Stri
     format!("{loop_name}: {}{more}", event(&first.happened, &unit))
 }
 
-/// What happened, in a line.
+/// A description of the event, in one line.
 fn heading(happened: &Happened) -> String {
     format!("{}:", event(happened, ""))
 }

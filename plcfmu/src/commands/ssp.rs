@@ -32,7 +32,8 @@ pub struct Options {
 
 /// Writes the SSP file.
 ///
-/// # Errors The problem and the remedy. Nothing is written then.
+/// # Errors
+/// The problem and the remedy. Nothing is written then.
 pub fn run(options: &Options) -> Result<()> {
     let out = &options.out;
     if out.extension().is_none_or(|extension| extension != "ssp") {

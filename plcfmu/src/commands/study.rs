@@ -280,7 +280,7 @@ impl pool::Sink for Kept<'_> {
 
 /// The missing runs, in order.
 struct Missing {
-    /// How many are before each range, and the range.
+    /// The ranges, each with the number of runs in earlier ones.
     ranges: Vec<(u64, Range<u64>)>,
     count: u64,
 }

@@ -90,7 +90,8 @@ impl Arguments {
 
     /// The system described by the files and the options together.
     ///
-    /// # Errors A file cannot be read, or its problem with line and column.
+    /// # Errors
+    /// A file cannot be read, or its problem with line and column.
     pub fn system(&self) -> Result<System> {
         let mut system = System::default();
         let mut has_description = false;
@@ -202,7 +203,8 @@ impl Arguments {
 
 /// The same system with an FMU in place of each program, in a folder that exists as long as it is held.
 ///
-/// # Errors The problem in a program, with file, line and column.
+/// # Errors
+/// The problem in a program, with file, line and column.
 pub fn packed(system: &System) -> Result<(System, Option<temporary::Folder>)> {
     let mut packed = system.clone();
     if system.programs.is_empty() {

@@ -20,7 +20,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The largest parameter file, in bytes; its Base64 has to fit into a request.
+/// The maximum size of a parameter file, in bytes; its Base64 has to fit into a request.
 const LARGEST_FILE: u64 = 40 << 20;
 
 /// The environment variable that names the folder of the FMUs; the Python package has the same.
@@ -64,7 +64,8 @@ Examples:
 
 /// Serves the tool until it is interrupted.
 ///
-/// # Errors No FMUs, a file cannot be opened, or the port is taken.
+/// # Errors
+/// No FMUs, a file cannot be opened, or the port is taken.
 pub fn run(options: &Options) -> Result<()> {
     let limit = Duration::from_secs_f64(options.time_limit);
     // Held to the end: without it the first signal would end the process at once.

@@ -69,7 +69,8 @@ The README of plcfmu says what a study and its table [tune] are made of.";
 
 /// Searches.
 ///
-/// # Errors The problem and the remedy; no candidate meets the constraints; [`Interrupted`].
+/// # Errors
+/// The problem and the remedy; no candidate meets the constraints; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     ensure_study(&options.study)?;
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
@@ -118,7 +119,7 @@ pub fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// How the workers are started.
+/// The options of the workers.
 fn pool_options(options: &Options) -> Result<pool::Options> {
     let defaults = pool::Options::new()?;
     Ok(pool::Options {

@@ -25,7 +25,8 @@ enum Request {
 
 /// [`check::run()`] in a separate process.
 ///
-/// # Errors As [`check::run()`], or how the FMU ended the process, with its messages and output.
+/// # Errors
+/// As [`check::run()`], or how the FMU ended the process, with its messages and output.
 pub fn run(starter: &Starter, path: &Path) -> Result<()> {
     ask(starter, &Request::Run(path.into())).map(drop)
 }

@@ -20,7 +20,7 @@ use run::plan::has_events;
 use std::io::{Read, Seek};
 use std::path::Path;
 
-/// How many communication steps an FMU makes when it is run.
+/// The number of communication steps in a trial run of an FMU.
 pub const STEPS: u32 = 10;
 
 /// A GUID that no FMU has.
@@ -41,7 +41,7 @@ pub struct Report {
     pub errors: Vec<String>,
     /// Departures from the standard that no host minds, a sentence each.
     pub departures: Vec<String>,
-    /// What may mislead a host or its user, a sentence each.
+    /// Features that may mislead a host or its user, a sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -212,7 +212,8 @@ fn is_for(binary: &Binary, folder: &str) -> Result<()> {
 ///
 /// `is_native` states that it was linked for this machine's Linux: it may need a newer glibc than [`GLIBC`].
 ///
-/// # Errors The problem or the difference.
+/// # Errors
+/// The problem or the difference.
 pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: bool) -> Result<()> {
     let binary = Binary::read(bytes)?;
     is_for(&binary, folder)?;
@@ -235,7 +236,8 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
 /// Checks an FMU that was just packed, with libraries that [`library()`] has accepted. If it has one for this
 /// machine, that is run.
 ///
-/// # Errors The problem found.
+/// # Errors
+/// The problem found.
 pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()> {
     let mut package = Package::open(path)?;
     ensure!(package.xml == *xml, "{DESCRIPTION} does not read back as it was written");
@@ -252,7 +254,8 @@ pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()>
 /// Loads the library for this machine and runs it: it accepts its own GUID and no other, starts with the values that are declared, makes [`STEPS`] steps, and all its
 /// variables can be read. The FMU is unpacked into a temporary folder below `place`.
 ///
-/// # Errors The library is missing, or a call fails.
+/// # Errors
+/// The library is missing, or a call fails.
 pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()> {
     ensure!(
         package.description.co_simulation.is_some(),

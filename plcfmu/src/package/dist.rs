@@ -42,7 +42,7 @@ const ADDED: [(&str, &str); 5] = [
     (".whl", "For pip: the command plcfmu, the Python package plcfmu, and all FMUs"),
 ];
 
-/// How TwinCAT builds the sources of an FMU.
+/// Instructions for building the sources of an FMU in TwinCAT.
 const TWINCAT: (&str, &str, &str) = (
     "plcfmu.xml",
     include_str!("templates/twincat.xml"),

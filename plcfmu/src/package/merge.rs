@@ -37,7 +37,8 @@ pub fn files<R: Read + Seek>(package: &mut Package<R>) -> Result<Files> {
 /// Joins the files of two FMUs with the same model description: the libraries of both, and the other files, which must be
 /// the same.
 ///
-/// # Errors The difference, in a sentence.
+/// # Errors
+/// The difference, in a sentence.
 pub fn join(mut first: Files, mut second: Files) -> Result<Files> {
     if first.get(DESCRIPTION) != second.get(DESCRIPTION) {
         let text = |files: &Files| files.get(DESCRIPTION).cloned().unwrap_or_default();

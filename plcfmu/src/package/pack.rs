@@ -87,7 +87,7 @@ struct Built {
     libraries: BTreeMap<&'static str, PathBuf>,
 }
 
-/// Where the libraries come from.
+/// The sources of the libraries.
 #[derive(Debug)]
 struct Plan {
     host: Platform,
@@ -263,7 +263,8 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 /// The crates that are asked for: those of `-p` by their exact names, the others in any case and with `-` or `_`. The package of
 /// programs may be named with `-p`, and is not among them.
 ///
-/// # Errors The crate does not exist.
+/// # Errors
+/// The crate does not exist.
 pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
     const WHAT: &str = "an FMU is made by a package with a cdylib that depends on fmu";
     if workspace.crates.is_empty() {

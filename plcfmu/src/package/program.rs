@@ -32,7 +32,7 @@ use std::sync::Arc;
 /// The licence notice of the crates in the library of programs.
 const NOTICE: (&str, &str) = ("NOTICE-PROGRAM", include_str!("../../NOTICE-PROGRAM"));
 
-/// How a program is packed.
+/// The options for packing a program.
 #[derive(clap::Args, Clone, Debug, Default, PartialEq)]
 #[group(skip)] // clap names a group after the type, and others have the same name
 pub struct Options {
@@ -163,7 +163,7 @@ pub struct Examined {
     description: ModelDescription,
     /// Warnings for the author, with file, line and column.
     pub warnings: Vec<Problems>,
-    /// Why the program, with its start values, stops in one of the calls that would be recorded.
+    /// The reason why the program, with its start values, stops in one of the calls to be recorded.
     pub stop: Option<String>,
 }
 
@@ -174,7 +174,7 @@ impl Examined {
     }
 }
 
-/// Why a program has no FMU.
+/// The reason why a program has no FMU.
 #[derive(Debug)]
 pub enum Refused {
     /// Errors in the sources.
@@ -208,7 +208,7 @@ impl From<Refused> for Error {
 /// Why they make no FMU.
 pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
     let Named { manifest, sources, files } = read(manifest)?;
-    // In the FMU they lie side by side; a message names them as the user does.
+    // In the FMU the sources are side by side; messages use the user's names for them.
     let named = |mut problems: Vec<Problems>| {
         for of in &mut problems {
             let number = sources.iter().position(|source| source.file == of.file);
@@ -369,13 +369,13 @@ pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<I
     Ok(Some(Interface::parse(&fmu::describe(&loaded.table, &loaded.guid()))?))
 }
 
-/// A program as it lies in an FMU.
+/// A program as stored in an FMU.
 struct Named {
     /// The sources under their names in the FMU.
     sources: Vec<Source>,
     /// The program's manifest.
     manifest: Manifest,
-    /// How the user names the sources.
+    /// The user's names of the sources.
     files: Vec<String>,
 }
 
@@ -427,7 +427,7 @@ fn partner(file: &str) -> Option<String> {
     Some(file.with_extension(ending).display().to_string())
 }
 
-/// The name of a source in an FMU, where all lie in one folder: `pump.scl`, a second one `pump_2.scl`.
+/// The name of a source in an FMU, where all are in one folder: `pump.scl`, a second one `pump_2.scl`.
 fn free(file: &Path, is_taken: impl Fn(&str) -> bool) -> String {
     let text = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     let (stem, ending) = (text(file.file_stem()), text(file.extension()));

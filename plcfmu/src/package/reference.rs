@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Where the layered standard has its files.
+/// The folder that the layered standard prescribes.
 const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
 /// The file that describes the reference experiment.
@@ -239,7 +239,7 @@ fn description(table: &Table, recording: &Recording, version: Version) -> String
     text
 }
 
-/// What [`files`] holds, for the documentation page: links relative to `documentation/`.
+/// The contents of [`files`], for the documentation page: links relative to `documentation/`.
 pub fn links(name: &str) -> [(String, &'static str); 2] {
     [(format!("../{FOLDER}/{name}_in.csv"), "inputs"), (format!("../{FOLDER}/{name}_out.csv"), "recorded results")]
 }

@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// The file of a block's FMU in C, for a version of FMI.
 ///
 /// # Errors
-/// What of the law is not known, with file, line and column; the law is not that of the library.
+/// The law uses something unknown, with file, line and column, or is not that of the library.
 pub fn generate(
     workspace: &Workspace,
     fmu_crate: &FmuCrate,

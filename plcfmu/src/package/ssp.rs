@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 /// The name of each set of start values. Ecos applies the set that it is asked for by name.
 pub const PARAMETER_SET: &str = "start";
 
-/// How an SSP file is written.
+/// The options for writing an SSP file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The version of the standard that the file states.
@@ -46,9 +46,9 @@ pub enum Version {
 pub struct Ssp {
     /// Its content. The same system and FMUs give the same bytes.
     pub bytes: Vec<u8>,
-    /// How many FMUs are in it; a file that several components use is there once.
+    /// The number of FMUs in it; a file used by several components is stored once.
     pub fmus: usize,
-    /// How many connectors there are.
+    /// The number of connectors.
     pub connectors: usize,
     /// Remarks for the user: changed names, and information that an SSP file cannot hold.
     pub remarks: Vec<String>,
@@ -103,13 +103,14 @@ struct UnitDefinition<'a> {
 struct Resources {
     /// Canonical path, name in the SSP file, content, description.
     files: Vec<(PathBuf, String, Vec<u8>, Description)>,
-    /// Which file each member of the system has.
+    /// The index of each member's file.
     of: Vec<usize>,
 }
 
 /// Makes an SSP file that is called `name` of a system. The libraries of its FMUs are not run.
 ///
-/// # Errors The problem of an FMU, name, value or connection, and the remedy.
+/// # Errors
+/// The problem of an FMU, name, value or connection, and the remedy.
 pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     let resources = Resources::open(system)?;
     let descriptions: Vec<&Description> = resources.of.iter().map(|of| &resources.files[*of].3).collect();

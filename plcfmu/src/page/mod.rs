@@ -1,4 +1,4 @@
-//! `documentation/index.html`: all that a user of the FMU has to know, in one file.
+//! `documentation/index.html`: everything that a user of the FMU needs to know, in one file.
 
 mod markdown;
 
@@ -28,7 +28,7 @@ struct Page<'a> {
     has_integers: bool,
     has_singles: bool,
     has_doubles: bool,
-    /// How many variables belong to blocks inside the block; the diagram leaves them out.
+    /// The number of variables that belong to inner blocks; the diagram leaves them out.
     nested: usize,
     cycle_name: &'a str,
     cycle_start: String,

@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// So deep folders are looked into.
+/// The maximum depth of folders searched.
 const DEEPEST: usize = 32;
 
 /// The most files and folders that are looked at: a project has hundreds.
@@ -85,7 +85,8 @@ impl Files {
 
 /// The files with test cases below a folder.
 ///
-/// # Errors The folder cannot be read, or contains none.
+/// # Errors
+/// The folder cannot be read, or contains none.
 pub fn test_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     collect(folder, 0, &["toml"], &mut found)?;

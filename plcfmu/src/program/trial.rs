@@ -21,7 +21,7 @@ use toml::Spanned;
 #[derive(Debug)]
 pub struct File {
     source: Source,
-    /// How the program is made of its sources.
+    /// How the program is built from its sources.
     pub manifest: Manifest,
     /// The cases.
     pub cases: Vec<Case>,
@@ -74,7 +74,8 @@ struct Step {
 impl File {
     /// Reads a file.
     ///
-    /// # Errors It cannot be read, or its problem, with file, line and column.
+    /// # Errors
+    /// It cannot be read, or its problem, with file, line and column.
     pub fn read(path: &Path) -> Result<File> {
         let (shown, bytes) = Source::load(path, Source::LARGEST).map_err(Error::msg)?;
         let source = Source::new(shown, bytes);
@@ -157,7 +158,7 @@ enum Slot {
     Text(TextPlace),
 }
 
-/// A value of a case, and where its variable lies.
+/// A value of a case, and the place of its variable.
 enum Given {
     Number(usize, Value),
     Text(TextPlace, String),
@@ -293,7 +294,7 @@ impl Trial {
         None
     }
 
-    /// Which lines were run.
+    /// The lines that were executed.
     pub fn coverage(self) -> Coverage {
         Coverage { lines: self.lines }
     }
@@ -356,19 +357,19 @@ fn is_equal(found: Value, expected: Value, tolerance: Option<f64>) -> bool {
     found == expected || (found.number() - expected.number()).abs() <= tolerance
 }
 
-/// Which lines of a program were run.
+/// The executed lines of a program.
 #[derive(Debug)]
 pub struct Coverage {
     lines: BTreeMap<(u16, u32), bool>,
 }
 
 impl Coverage {
-    /// How many lines of the sources have statements.
+    /// The number of lines with statements in the sources.
     pub fn all(&self) -> usize {
         self.lines.len()
     }
 
-    /// How many of them were run.
+    /// The number of them that were executed.
     pub fn run(&self) -> usize {
         self.lines.values().filter(|is_run| **is_run).count()
     }

@@ -61,11 +61,11 @@ pub struct Child {
     process: Process,
     /// Calls that are made with the next message.
     queued: Vec<Call>,
-    /// Why the process has ended.
+    /// The reason why the process has ended.
     end: Option<String>,
 }
 
-/// How long a call of an FMU may take is the limit of `starter`.
+/// The time limit of an FMU's calls is that of `starter`.
 ///
 /// # Errors
 /// The FMU at `path` cannot be loaded or refuses, or it crashes or hangs.

@@ -25,16 +25,16 @@ use tokio::time::{Sleep, sleep, timeout};
 /// This many connections are open at a time; a browser opens six.
 const MOST: usize = 64;
 
-/// How long a connection may take to show the cookie.
+/// The time within which a connection must show the cookie.
 const INTRODUCTION: Duration = Duration::from_secs(10);
 
-/// How long the head of a request may take, and how long a connection may wait for the next one.
+/// The time limit for the head of a request, and for the wait until the next one.
 const HEAD: Duration = Duration::from_secs(60);
 
-/// How long the other side may leave an answer unread.
+/// The time for which the other side may leave an answer unread.
 const UNREAD: Duration = Duration::from_secs(30);
 
-/// How long to wait when the system has no room for another connection.
+/// The time to wait if the system has no resources for another connection.
 const NO_ROOM: Duration = Duration::from_millis(50);
 
 /// Whether a connection has presented the cookie; an extension of each of its requests.
@@ -95,7 +95,7 @@ async fn answer(stream: TcpStream, routes: Router, trust: Trust) {
 /// A connection that ends when the other side does not read.
 struct Stream {
     stream: TcpStream,
-    /// Until when the other side has to read; `None` while it does.
+    /// The time by which the other side has to read; `None` while it does.
     unread: Option<Pin<Box<Sleep>>>,
 }
 

@@ -127,7 +127,7 @@ fn question(name: &str, description: &Description) -> String {
     )
 }
 
-/// What all pages of a server share.
+/// The state shared by all pages of a server.
 #[derive(Debug)]
 pub struct Collection {
     fmus: Vec<Arc<Known>>,
@@ -205,7 +205,7 @@ pub struct Inspected {
     /// The question to the user before it runs. Quotes the FMU's own texts.
     question: String,
     platforms: Vec<String>,
-    /// Why it cannot run here.
+    /// The reason why it cannot run here.
     problem: Option<String>,
     /// The start values of an FMU of a known block.
     parameters: Option<File>,

@@ -25,7 +25,7 @@ pub const FILE: &str = "plcfmu-tool.html";
 /// The package that becomes WebAssembly.
 const ENGINE: &str = "tool_wasm";
 
-/// Where it runs: no platform of FMI.
+/// The platform of the page, which is not a platform of FMI.
 pub const WEB: Platform =
     Platform { folder: "the page", newer: "the page", target: "wasm32-unknown-unknown", suffix: ".wasm" };
 
@@ -61,7 +61,7 @@ impl fmt::Display for Missing {
 
 impl std::error::Error for Missing {}
 
-/// Where the page is by default.
+/// The default path of the page.
 pub fn place(workspace: &Workspace) -> PathBuf {
     workspace.target.join("tool").join(FILE)
 }

@@ -27,19 +27,20 @@ const EMBEDDED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/web.rs"));
 /// The colours of curves, which the page shares with all charts.
 const PALETTE: (&str, &str) = ("palette.css", draw::palette::STYLE);
 
-/// How many digits a character of packed data may be.
+/// The number of digits that a character of packed data can represent.
 const BASE: usize = 93;
 
 /// The element with the program of the page, which has most of its bytes.
 const ENGINE: &str = "engine";
 
-/// How many bits of the byte before tell the next one in a [`compact`] text; `boot.js` knows it, too.
+/// The number of bits of the preceding byte that predict the next one in a [`compact`] text; `boot.js` uses the same
+/// number.
 const CONTEXT: u32 = 4;
 
-/// How often the compressor of a page goes over its data: more gain less than a hundredth of a percent.
+/// The number of passes of the compressor over the data: more gain less than a hundredth of a percent.
 const ITERATIONS: u64 = 5;
 
-/// Where the engine is that the page asks.
+/// The location of the page's engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Home {
     /// In the page itself, as WebAssembly.
@@ -51,7 +52,7 @@ pub enum Home {
 /// The content of the page.
 #[derive(Clone, Debug)]
 pub struct Content<'a> {
-    /// Which engine it asks.
+    /// The engine that it uses.
     pub home: Home,
     /// The content of the elements `<script type="text/plain" id="...">` by their id: `assets`, `engine` (WebAssembly). Packed, and
     /// written in base 93. An element that is not named stays empty.

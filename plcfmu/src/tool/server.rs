@@ -43,13 +43,13 @@ const LONGEST_MESSAGE: usize = 64 << 20;
 /// The largest FMU, in bytes.
 const LARGEST_FMU: usize = 256 << 20;
 
-/// How long the body of a request may take.
+/// The time limit for the body of a request.
 const BODY: Duration = Duration::from_secs(60);
 
 /// This many tabs have an engine.
 const MOST_TABS: usize = 16;
 
-/// How long the engines may take to end.
+/// The time limit for the engines to end.
 const FAREWELL: Duration = Duration::from_secs(5);
 
 /// The header by which a tab is known, and that by which it knows its engine.
@@ -68,19 +68,19 @@ pub struct Server {
 /// The credentials that admit a browser.
 #[derive(Debug)]
 struct Access {
-    /// How the path of the page begins, with the port: `http://127.0.0.1:4711/TOKEN/`.
+    /// The beginning of the page's address, with the port: `http://127.0.0.1:4711/TOKEN/`.
     base: String,
     /// The first part of all paths.
     token: String,
     /// The value of the cookie that a browser has got for a code.
     cookie: String,
-    /// What only the page knows.
+    /// The secret known only to the page.
     secret: String,
     /// Each lets one browser in.
     codes: Mutex<Vec<String>>,
 }
 
-/// What all requests share.
+/// The state shared by all requests.
 struct Shared {
     /// The header `Host` of a request that means this server.
     hosts: [String; 2],
@@ -97,7 +97,7 @@ pub type ReadFiles = dyn Fn() -> Result<Vec<File>> + Send + Sync;
 /// The tabs that have an engine.
 struct Tabs {
     tabs: Vec<Tab>,
-    /// How many engines there have been.
+    /// The number of engines started so far.
     engines: usize,
     /// Each engine has a clone: when they are all gone, the receiver learns it.
     alive: Sender<()>,
@@ -412,7 +412,7 @@ fn json(engine: usize, content: String) -> Response {
         .into_response()
 }
 
-/// Why a request is not answered.
+/// The reason why a request is refused.
 struct Refusal {
     status: StatusCode,
     message: String,

@@ -20,7 +20,8 @@ pub const SOURCE: (&str, &str) = ("<!-- source -->", "<!-- end of source -->");
 /// The page of a preset called `name`, derived from the page of its block or of another preset of it. `library` is the
 /// GUID of the block's own FMU.
 ///
-/// # Errors The page has no place for the section.
+/// # Errors
+/// The page has no place for the section.
 pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Result<String> {
     let section = section(name, library, values)?;
     let page = replaced(page, PRESET, &section)?;

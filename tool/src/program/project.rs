@@ -21,7 +21,8 @@ const WORKBOOK: &str = ".xlsx/";
 
 /// The sources and the tag tables among files. Ignores files that do not belong to a program.
 ///
-/// # Errors A file is not Base64, they are too large, or a tag table is faulty.
+/// # Errors
+/// A file is not Base64, they are too large, or a tag table is faulty.
 pub fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
     let size: usize = files.iter().map(|of| of.content.len() / 4 * 3).sum();
     ensure!(

@@ -182,7 +182,8 @@ fn best(applied: &RuleOutcome, rows: &[RuleOutcome]) -> Vec<&'static str> {
 
 /// The step with the settings before and after a rule was applied, as the model predicts them, in one picture.
 ///
-/// # Errors The reason why the block cannot be simulated with the model.
+/// # Errors
+/// The reason why the block cannot be simulated with the model.
 pub(super) fn before_and_after(
     page: &mut String,
     home: &dyn Home,

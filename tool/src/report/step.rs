@@ -46,7 +46,8 @@ pub(super) struct Predicted {
 /// Predicts the last step of the setpoint with the settings in force at that time. `None` if there is no such step in
 /// automatic mode.
 ///
-/// # Errors The reason why the block cannot be simulated with the model.
+/// # Errors
+/// The reason why the block cannot be simulated with the model.
 pub(super) fn predicted(
     home: &dyn Fmus,
     record: &Record,
@@ -131,7 +132,8 @@ pub(super) struct Disturbance {
 /// Predicts the last disturbance of a run with the settings in force at that time, as a load at the plant's input. Its
 /// size is that of the controller's own disturbance, or the compensating change of the manipulated value.
 ///
-/// # Errors The reason why it cannot be predicted.
+/// # Errors
+/// The reason why it cannot be predicted.
 pub(super) fn disturbance(
     home: &dyn Fmus,
     record: &Record,

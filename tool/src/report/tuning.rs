@@ -16,7 +16,8 @@ use std::fmt::Write;
 
 /// The plant's model, the rule and the margins; and the differing settings in force of the controller with this FMU.
 ///
-/// # Errors No such FMU.
+/// # Errors
+/// No such FMU.
 pub(super) fn told(
     page: &mut String,
     home: &dyn Home,

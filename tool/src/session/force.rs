@@ -27,7 +27,8 @@ impl Forced {
 impl Session {
     /// Writes variables of any kind.
     ///
-    /// # Errors An unknown variable, one of an FMU, a connected input to be written once, or a value that it rejects.
+    /// # Errors
+    /// An unknown variable, one of an FMU, a connected input to be written once, or a value that it rejects.
     pub fn force(&mut self, act: Act, values: &Values) -> Result<State> {
         let present = self.present()?;
         present.is_running()?;

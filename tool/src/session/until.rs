@@ -22,7 +22,8 @@ pub struct Until {
 impl Session {
     /// Makes at most this many calls, up to the one in which the condition becomes true.
     ///
-    /// # Errors No run, or it has failed; too many calls; the condition names an unknown variable.
+    /// # Errors
+    /// No run, or it has failed; too many calls; the condition names an unknown variable.
     pub fn run_until(&mut self, calls: usize, until: Option<&Until>) -> Result<State> {
         let Some(until) = until else { return self.run(calls) };
         Session::check_calls(calls)?;

@@ -24,7 +24,7 @@ frequencies: Array<number>,
 /** In the order of the request. */
 loops: Array<OpenLoop>, };
 
-/** Whose open loops are drawn. */
+/** The open loops to draw. */
 export type BodeRequest = {
 /** The plant. */
 model: Model,
@@ -60,7 +60,7 @@ name: string,
 value: Value,
 /** Its value in the loop. */
 before: Value,
-/** Why this value was tried; none if it was searched for. */
+/** The reason for trying this value; `None` if it was searched for. */
 why: Why | null, } } | { "calls": number } | { "left_out": {
 /** Its line in the file. */
 line: number,
@@ -119,11 +119,11 @@ export type Compared = {
 variable: string,
 /** The first call that differs, from 0, with its time in seconds. */
 first: [number, number] | null,
-/** How many calls differ. */
+/** The number of calls that differ. */
 different: number,
 /** The largest difference. */
 largest: number,
-/** How far a value may be off at most and counts as equal. */
+/** The largest deviation that counts as equal. */
 allowed: number,
 /**
  * The noise of the recorded or the computed values, whichever is larger: the standard deviation of the changes
@@ -181,7 +181,7 @@ units: Array<string | null>,
 /** Whether every call is included. */
 is_exact: boolean, };
 
-/** Where the step is recorded. */
+/** The source of the recorded step. */
 export type Data = { "run": {
 /** The run; by default the present one. */
 run?: number | null,
@@ -197,7 +197,7 @@ time?: string | null,
 input?: string | null,
 /** The column of the process value; by its name without it. */
 output?: string | null,
-/** Which of the rows, in the file's seconds. */
+/** The rows to use, in the file's seconds. */
 from?: number | null,
 /** The end. */
 to?: number | null, } };
@@ -363,7 +363,10 @@ remarks: Array<string>, };
 export type Field = {
 /** The variable. */
 name: string,
-/** When it has an effect: each inner list is joined by AND, the lists by OR; empty is always. `(name, wanted)`. */
+/**
+ * The condition under which it has an effect: each inner list is joined by AND, the lists by OR; empty is always.
+ * `(name, wanted)`.
+ */
 used_if: Array<Array<[string, boolean]>>, };
 
 /** A figure of a run. */
@@ -462,31 +465,31 @@ reads: Array<Named>, };
 
 /** The event that a window belongs to. */
 export type Happened = {
-/** What began it. */
+/** Its cause. */
 cause: Cause,
 /** The process value when it began. */
 from: number,
 /** The setpoint at its end. */
 to: number,
-/** When it began, in seconds. */
+/** Its time, in seconds. */
 start: number,
-/** How long its window is, in seconds. */
+/** The length of its window, in seconds. */
 duration: number,
 /**
  * Half the width of the band around the setpoint in which the process value counts as settled or recovered, in
  * its unit; absent after a disturbance with no step before it.
  */
 band: number | null,
-/** What disturbed the loop, each variable with its last value. */
+/** The variables that disturbed the loop, each with its last value. */
 by: Array<Set>, };
 
 /** A model with how well it fits. */
 export type Identified = {
 /** The model. */
 model: Model,
-/** How well it fits: 100 (1 - NRMSE) in percent. */
+/** The quality of the fit: 100 (1 - NRMSE) in percent. */
 fit: number,
-/** The data that were used and the model's answer, to draw. */
+/** The data used and the model's response, for a chart. */
 times: Array<number>,
 /** The measured process value. */
 measured: Array<number>,
@@ -548,7 +551,7 @@ export type Load = {
 size: number,
 /** The largest deviation from the setpoint, in its unit. */
 deviation: number,
-/** When the deviation stays within the band, in seconds after the load; absent if it does not. */
+/** The time in seconds after the load from which the deviation stays within the band; `None` if it does not. */
 recovery: number | null,
 /** The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not recover. */
 iae: number | null,
@@ -611,7 +614,7 @@ fmu: string,
 /** Its settings; the others have their start values. */
 values: Values, };
 
-/** How a model is found. */
+/** The method of identification. */
 export type Method = "tangent" | "two_points" | "area" | "least_squares";
 
 /**
@@ -705,9 +708,9 @@ sensitivity: number | null,
 gain_margin: number | null,
 /** In degrees. */
 phase_margin: number | null,
-/** Where the gain margin is read, in radians per second. */
+/** The frequency at which the gain margin is read, in radians per second. */
 phase_crossover: number | null,
-/** Where the phase margin is read, in radians per second. */
+/** The frequency at which the phase margin is read, in radians per second. */
 gain_crossover: number | null, };
 
 /** A variable, a constant or a label. */
@@ -757,7 +760,7 @@ manipulated_value: Array<number>,
 overshoot: number | null,
 /** Its settling time in seconds. */
 settling: number | null,
-/** How far the manipulated value moves in all, from the step on. */
+/** The total travel of the manipulated value from the step on. */
 travel: number | null,
 /** The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same rest. */
 load: Load | null, };
@@ -841,7 +844,7 @@ open: Array<Open>,
 /** Further remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
-/** How a three-step pulse former makes up for heating and cooling of different strength. */
+/** The compensation of a three-step pulse former for heating and cooling of different strength. */
 export type Ratio = {
 /** RATIOFAC. */
 ratio: number,
@@ -910,16 +913,16 @@ export type ReplayRequest = {
 controller: Member,
 /** The text of the CSV file. */
 text: string,
-/** Which column is which variable of the block; `time` is the time. By their names without it. */
+/** The assignment of columns to variables of the block; `time` is the time. By default, by their names. */
 columns: Array<[string, string]>,
-/** How far a value may be off and still counts as equal: that of the recording's resolution. */
+/** The deviation up to which a value counts as equal; by default, the recording's resolution. */
 tolerance?: number | null,
 /** Whether to look for likely causes. */
 try_suspects: boolean, };
 
-/** What came out. */
+/** The result of a replay. */
 export type Replayed = {
-/** Which column is which variable of the block. */
+/** The assignment of columns to variables of the block. */
 columns: Array<[string, string]>,
 /** The number of calls made. */
 calls: number,
@@ -1138,7 +1141,7 @@ step: number | null,
 /** When values go from output to input. */
 exchange: Exchange, };
 
-/** Where a setting was changed while the recording was made. */
+/** A setting changed during the recording, with the time of the change. */
 export type Since = {
 /** The setting, its value from there on, and that before it. */
 change: Change,
@@ -1223,7 +1226,7 @@ step: number,
 /** The model. */
 identified: Identified, };
 
-/** Which actions the controller has. */
+/** The actions of a controller. */
 export type Structure = "p" | "pi" | "pid";
 
 /** A change that was tried. */
@@ -1317,8 +1320,8 @@ phase_margin: number | null,
 /** The simulated setpoint step of the real block with the model. */
 predicted: Predicted,
 /**
- * Why metrics are absent, by the names of their fields: `sensitivity`, `gain_margin`, `phase_margin`, `overshoot`, `settling`, `travel`,
- * and `deviation`, `recovery` and `iae` of the load.
+ * The reasons for missing metrics, by the names of their fields: `sensitivity`, `gain_margin`, `phase_margin`,
+ * `overshoot`, `settling`, `travel`, and `deviation`, `recovery` and `iae` of the load.
  */
 absent: { [key in string]: string },
 /** Remarks for the user, a sentence each. */
@@ -1397,7 +1400,7 @@ points: number,
 /** The variables to average, and over how many seconds, up to and including the call: for pulses, their period. */
 means?: { [key in string]: number } | null, };
 
-/** Why a value of a setting was tried. */
+/** The reason for trying a value of a setting. */
 export type Why = "factor" | "sign" | "minutes" | "no_minutes" | "seconds" | "milliseconds" | "spacing" | { "rhythm": number } | "stays" | "no_dead_band" | "rests";
 
 /** A possible connection. */

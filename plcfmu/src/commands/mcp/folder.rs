@@ -29,7 +29,7 @@ impl Folder {
         self.ensure_within(Path::new(""), text)
     }
 
-    /// Refuses a description of a loop or of tests, or a folder with such files, that names what lies outside.
+    /// Refuses a description of a loop or of tests, or a folder with such files, that names a path outside.
     ///
     /// # Errors
     /// One does.
@@ -37,7 +37,7 @@ impl Folder {
         for path in paths(text).map(Path::new) {
             let files = if path.is_dir() { program::test_files(path).unwrap_or_default() } else { vec![path.into()] };
             for file in files.iter().filter(|file| file.is_file()) {
-                // What cannot be read, or is no description, names nothing.
+                // A file that cannot be read, or is not a description, names nothing.
                 let Ok(source) = Source::read(file, None) else { continue };
                 let content = toml::from_str::<Value>(&source.text).unwrap_or_default();
                 let beside = file.parent().unwrap_or(Path::new(""));
@@ -68,7 +68,7 @@ impl Folder {
     }
 }
 
-/// What may be a path in a text: the text, and what `NAME=` precedes.
+/// The possible paths in a text: the text itself, and the part after `NAME=`.
 fn paths(text: &str) -> impl Iterator<Item = &str> {
     [text].into_iter().chain(text.split_once('=').map(|(_, path)| path))
 }

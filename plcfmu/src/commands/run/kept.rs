@@ -48,7 +48,7 @@ pub struct Kept<'a> {
     drawn: Option<Trace>,
     /// The roles of the first FMU's variables in a loop.
     pub roles: Roles,
-    /// Where the signals of the figures are: setpoint, process value, manipulated value.
+    /// The columns of the figures' signals: setpoint, process value, manipulated value.
     signals: Option<[Option<usize>; 3]>,
     times: Vec<f64>,
     values: [Vec<f64>; 3],
@@ -57,9 +57,9 @@ pub struct Kept<'a> {
     manual: Option<(usize, Vec<bool>)>,
     /// The settings of the switch and their times, if it is not recorded and not connected.
     switched: Vec<(f64, bool)>,
-    /// How many rows there were.
+    /// The number of rows.
     pub rows: usize,
-    /// How many were recorded.
+    /// The number of recorded rows.
     pub recorded: usize,
     /// The last row, as the FMUs gave it.
     cells: Vec<f64>,
@@ -79,7 +79,7 @@ pub struct Figures {
 /// The figures of a step or of a disturbance, as `--json` prints them.
 #[derive(Debug, Serialize)]
 pub struct Of {
-    /// What happened.
+    /// The event to which the figures belong.
     #[serde(flatten)]
     pub happened: Happened,
     /// Its figures.
@@ -97,7 +97,7 @@ pub struct Told {
     pub value: Option<f64>,
     /// Its unit.
     pub unit: Option<String>,
-    /// Why it has no value.
+    /// The reason why it has no value.
     pub why: Option<String>,
 }
 
