@@ -33,7 +33,7 @@ const decoded = (text) => {
 };
 
 /**
- * What is packed by gzip.
+ * Unpacks gzip.
  *
  * @param {string} text
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
@@ -44,8 +44,8 @@ const unpack = async (text) => {
 };
 
 /**
- * What is packed by LZMA: its length in 4 bytes, then a stream without a header whose literals know 4 bits of the byte before. The
- * worker has a copy of its text.
+ * Unpacks LZMA: the length in 4 bytes, then a stream without a header whose literals depend on 4 bits of the preceding
+ * byte. The worker has a copy of its text.
  *
  * @param {Uint8Array<ArrayBuffer>} packed
  * @returns {Uint8Array<ArrayBuffer>}
@@ -123,7 +123,7 @@ const expand = (packed) => {
     if (bit(isMatch + state) === 0) {
       const place = literals + 0x300 * ((to > 0 ? out[to - 1] : 0) >> 4);
       let symbol = 1;
-      // After a match the byte that would have gone on tells something.
+      // After a match, the byte that would have continued it is informative.
       for (
         let match = state > 6 ? out[to - before[0] - 1] : -1;
         match >= 0 && symbol < 0x100;

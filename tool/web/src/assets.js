@@ -13,7 +13,7 @@ import { unpacked } from "tool/engine.js";
 let assets;
 
 /**
- * What the page has of an FMU.
+ * The page's content for an FMU.
  *
  * @param {string} fmu
  * @returns {Promise<Asset | undefined>}

@@ -37,13 +37,14 @@ export function mount() {
   store.on("forced", showWhat);
   update();
   store.on("say", notice);
-  // What stands below a note makes room for it.
+  // Content below a note makes room for it.
   const notices = byId("notices");
   new ResizeObserver(() => {
     const { offsetHeight: height } = notices;
     document.body.style.setProperty("--notices", height > 0 ? `${height + 20}px` : "0px");
   }).observe(notices);
-  // A note is about what was just done: the next change ends it. Errors stay until they are closed, or other files are opened.
+  // A note is about the last action: the next change removes it. Errors stay until they are closed, or other files are
+  // opened.
   const end = (/** @type {string} */ which) => {
     for (const note of byId("notices").querySelectorAll(which)) note.remove();
   };
@@ -132,7 +133,7 @@ function question({ text: sentence, yes, no = "No", act }) {
   made.querySelector("button")?.focus();
 }
 
-/** The server does not answer: what is shown is kept, and the page may go on without FMUs. */
+/** The server does not answer: the page keeps its content, and may continue without FMUs. */
 function showLost() {
   document.getElementById("lost")?.remove();
   if (!store.isLost) return;

@@ -11,7 +11,7 @@ import { element } from "tool/dom.js";
 let isOpen = false;
 
 /**
- * The tree, folded; a program of one block has none.
+ * The tree, folded; `undefined` for a program of one block.
  *
  * @param {Compiled} compiled
  * @param {(block: string, path: string | undefined) => void} choose
@@ -19,7 +19,7 @@ let isOpen = false;
 export function blockTree({ parts, blocks, sources }, choose) {
   const named = (/** @type {string} */ name) => blocks.find((one) => one.name.toUpperCase() === name.toUpperCase());
   const own = parts.filter((part) => named(part.block));
-  // What has no instance: functions, and organization blocks beside the one that is run.
+  // Blocks without an instance: functions, and organization blocks beside the one that runs.
   const others = blocks.filter((block) => !own.some((part) => part.block.toUpperCase() === block.name.toUpperCase()));
   if (own.length + others.length < 2) return null;
   const entry = (/** @type {string} */ text, /** @type {string} */ block, /** @type {string | undefined} */ path) => {

@@ -11,7 +11,7 @@ import { ask } from "tool/engine.js";
 import { valuesOf } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** What lies below is no longer of use, and would press the rest together. */
+/** Lower values are of no use, and would squeeze the rest. */
 const [LOWEST_AMPLITUDE, LOWEST_PHASE] = [-40, -360];
 
 /**

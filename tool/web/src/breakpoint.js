@@ -44,7 +44,7 @@ export function breakpoint() {
 }
 
 /**
- * A condition from a text; a sentence if it is none, nothing if the text is empty.
+ * Parses a condition; a sentence if it is invalid, nothing if the text is empty.
  *
  * @param {string} of
  * @returns {Promise<Until | string | undefined>}

@@ -24,7 +24,7 @@ export function mount(after) {
       // A flat curve explains nothing: in automatic mode, the manual value moves no output.
       if (mine === asked) fill(within, sweeps.filter(isMoving).map(chart));
     } catch {
-      // A value in a field that the block refuses is said beside the field.
+      // A value that the block refuses is reported beside its field.
       if (mine === asked) fill(within);
     }
   };

@@ -37,7 +37,7 @@ const RUNS = ["run-1", "run-2", "choice-1", "choice-2", "choice-5"];
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
-/** What a picture on white paper is drawn with, as the style sheet has it for a light page. */
+/** The colours of a picture on white paper, as in the style sheet for a light page. */
 const ON_PAPER = { ink: "#18212e", faint: "#566070", paper: "#ffffff" };
 
 /** The colours of a light page and of a dark one: to read them, the browser brings the style of the whole page up to date. @type {Map<boolean, ReturnType<typeof themeNow>>} */
@@ -186,7 +186,7 @@ export function clock(seconds, length) {
   return `${seconds < 0 ? "-" : ""}${hours ? `${hours}:` : ""}${end}`;
 }
 
-/** Steps between two marks of a time axis: 1, 2, 5 and then what divides minutes and hours. */
+/** Steps between two marks of a time axis: 1, 2, 5 and then divisors of minutes and hours. */
 export const TIME_STEPS = [
   ...[
     0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200,
@@ -231,7 +231,7 @@ export function timeAxis(options = {}) {
   });
 }
 
-/** What the numbers of a time axis are. @param {number} length in seconds */
+/** The unit of the numbers on a time axis. @param {number} length in seconds */
 export function timeUnit(length) {
   if (length <= IN_MINUTES) return "s";
   return length > IN_DAYS ? "days" : length > 3600 ? "h:min:s" : "min:s";

@@ -15,7 +15,7 @@ import { store } from "tool/store.js";
 const MOST_BYTES = 60_000_000;
 
 /**
- * What a file has, whatever Windows has written it with.
+ * The content of a file, whatever Windows encoding it has.
  *
  * @param {File} file
  * @returns {Promise<Recording>}

@@ -69,7 +69,7 @@ let place;
 let sheet;
 /** @type {HTMLElement} */
 let thinned;
-/** What to do while there is no curve. @type {HTMLElement} */
+/** The hint shown while there is no curve. @type {HTMLElement} */
 let nothing;
 /** The earlier runs that are drawn. @type {HTMLElement} */
 let legend;
@@ -94,7 +94,7 @@ let curves = [];
 let plot;
 /** Where the row of each lane begins. @type {(at: number) => number} */
 let base = () => 0;
-/** What was done in the run. @type {import("tool/plot.js").Mark[]} */
+/** The events of the run. @type {import("tool/plot.js").Mark[]} */
 let marks = [];
 /** @type {View} */
 let view = { times: [], values: [], units: [], is_exact: true };
@@ -144,7 +144,7 @@ export async function bringUpToDate() {
   show();
 }
 
-/** What is shown, for a picture of it. @param {boolean} [isRunOnly] without what is tried or predicted */
+/** The shown curves as a picture. @param {boolean} [isRunOnly] without trial or predicted curves */
 export function shownPicture(isRunOnly = false) {
   const visible = curves.filter(isShown);
   return {
@@ -248,7 +248,7 @@ async function choose() {
   const outputs = found.filter(({ member, variable }) => member === loop.member && variable.role === "output");
   const shownFirst = main.length > 1 ? main : [...main, ...outputs.slice(0, 2).map((signal) => signal.name)];
   const names = new Set([...shownFirst, ...kept.chosen, ...pulses, ...stopped]);
-  // The setpoint has the unit of what it is compared with, which another block's output is not.
+  // The setpoint has the unit of the value it is compared with; another block's output does not.
   const left = own ? unitText(knownUnits.processValue) || unitOf(own) : unitOf(setpoint ?? processValue);
   const right = unitText(knownUnits.manipulatedValue);
   let colour = 3;
@@ -432,7 +432,7 @@ function key(event) {
   });
 }
 
-/** Moves the cursor by this many calls that are drawn. @param {number} by */
+/** Moves the cursor by this many drawn calls. @param {number} by */
 function move(by) {
   const at = index();
   if (at === undefined) return;
@@ -473,7 +473,7 @@ function placeCursor() {
   isPlacing = false;
 }
 
-/** Draws anew in the next frame, with what the engine has then. */
+/** Redraws in the next frame, with the engine's data at that time. */
 function refresh() {
   attribute(following, "aria-pressed", String(!isZoomed()));
   if (isInSight()) soon();
@@ -489,7 +489,7 @@ const soon = onceAFrame(async () => {
   show();
 });
 
-/** Gets what is to be seen from the engine. */
+/** Fetches the visible part from the engine. */
 async function fetchCurves() {
   const loop = store.loop;
   if (!loop || !store.isLive() || curves.length === 0 || (store.state?.calls ?? 0) === 0) {
@@ -512,7 +512,7 @@ function periods() {
 }
 
 /**
- * Earlier runs do not change: they are asked for when another part of them is to be seen.
+ * Earlier runs do not change: they are fetched only when another part of them becomes visible.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {number} from
@@ -525,7 +525,7 @@ async function fetchEarlier(loop, from, to, points) {
   const variables = drawnOfEarlier(loop);
   if (variables.length === 0) return;
   for (const { run, calls } of runs) {
-    // Of a run that is much longer than what is shown, the groups of calls would be wider than the pixels.
+    // For a run much longer than the visible part, the groups of calls would be wider than the pixels.
     const isPart = isZoomed() || calls * (store.state?.step ?? 1) > 2 * (to - from);
     const part = isPart ? { from, to } : {};
     const key = JSON.stringify([part, points, variables]);
@@ -541,12 +541,12 @@ async function fetchEarlier(loop, from, to, points) {
   }
 }
 
-/** The values of a curve as they are drawn. @param {Curve} curve */
+/** The values of a curve as drawn. @param {Curve} curve */
 function drawnValues(curve) {
   return ofCalls(view.times, view.values[curves.indexOf(curve)] ?? []);
 }
 
-/** Shows what has been got. */
+/** Shows the fetched data. */
 function show() {
   if (!plot) return;
   const visible = curves.filter(isShown);
@@ -563,7 +563,7 @@ function show() {
   showEarlier();
 }
 
-/** The names of the earlier runs that are drawn, in their colours, and what is tried with its figures. */
+/** The names of the drawn earlier runs, in their colours, and the trial with its figures. */
 function showEarlier() {
   const drawn = drawnRuns();
   const tried = ghostText();
@@ -583,7 +583,7 @@ function drawnRuns() {
   return runsOf(store.loop).filter(({ run }) => earlier.has(run));
 }
 
-/** What is drawn behind the curves. @param {ReturnType<typeof theme>} [colours] @param {boolean} [isRunOnly] */
+/** The curves drawn behind the run. @param {ReturnType<typeof theme>} [colours] @param {boolean} [isRunOnly] */
 function behind(colours, isRunOnly) {
   const loop = store.loop;
   if (!loop) return [];
@@ -644,7 +644,7 @@ function showValues() {
   attribute(place, "aria-valuetext", loop && time !== undefined ? spokenValues() : "no run yet");
 }
 
-/** Without a run: what comes next. */
+/** Without a run: the next step for the user. */
 function showNothing() {
   const loop = store.loop;
   const isEmpty = loop !== undefined && (!store.isLive() || (store.state?.calls ?? 0) === 0);

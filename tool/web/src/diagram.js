@@ -55,7 +55,7 @@ export function mount(content) {
     try {
       sessionStorage.setItem(SIZE, size);
     } catch {
-      // There is no storage: the size lasts as long as the page.
+      // No storage: the size lasts as long as the page.
     }
     text(note, "Click a switch to throw it, a value to go to its field.");
   };
@@ -109,7 +109,7 @@ const due = onceAFrame(update);
  * @param {import("./messages").Description} description
  */
 function prepare(made, description) {
-  // What can be thrown inside of a picture would be kept from a screen reader.
+  // Switches inside a picture would be hidden from a screen reader.
   made.setAttribute("role", "group");
   /** @type {Map<string, Part>} */
   const found = new Map();

@@ -4,7 +4,7 @@
  * @typedef {import("./messages").Dialogue} Dialogue
  */
 
-/** A request that the engine refused. The message is a sentence that says what is wrong and what to do. */
+/** A request that the engine refused. The message is a sentence that states the problem and the remedy. */
 export class EngineError extends Error {
   name = "EngineError";
 }
@@ -26,7 +26,7 @@ let inPage;
 /** @type {Promise<unknown>} */
 let last = Promise.resolve();
 
-/** A tab has an engine of its own. */
+/** Each tab has its own engine. */
 const tab = [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 
 /** Where the engine is. */
@@ -34,12 +34,12 @@ export function whereIsTheEngine() {
   return home;
 }
 
-/** Whether the page has an engine of its own. */
+/** Whether the page has its own engine. */
 export function hasEngineInPage() {
   return document.getElementById("engine")?.textContent !== "";
 }
 
-/** From now on the engine in the page answers, which knows nothing of what the server's knew. */
+/** From now on the engine in the page answers; it knows nothing that the server's engine knew. */
 export function goOnInThePage() {
   home = "page";
 }
@@ -71,7 +71,7 @@ export function ask(request) {
   return answer;
 }
 
-/** What was stopped before it was answered. */
+/** A question stopped before it was answered. */
 export class Stopped extends EngineError {
   name = "Stopped";
 }
@@ -97,7 +97,7 @@ export async function askAside(request, signal) {
 }
 
 /**
- * The answer of an engine of its own.
+ * The answer of a separate engine.
  *
  * @param {WebAssembly.Module} module
  * @param {string} request
@@ -133,7 +133,7 @@ onmessage = async ({ data }) => {
 }
 
 /**
- * What the server says of an FMU that it has read, not run.
+ * The server's description of an FMU that it has read but not run.
  *
  * @typedef {object} Uploaded
  * @property {string} name
@@ -257,7 +257,7 @@ async function post(where, type, body) {
 }
 
 /**
- * What the engine in the page offers.
+ * The exports of the engine in the page.
  *
  * @typedef {object} Exported
  * @property {WebAssembly.Memory} memory
@@ -280,7 +280,7 @@ async function open() {
     try {
       return message(engine, request);
     } catch (error) {
-      // What a panic leaves behind cannot be trusted.
+      // State left behind by a panic cannot be trusted.
       inPage = undefined;
       exported = undefined;
       queueMicrotask(onNewEngine);

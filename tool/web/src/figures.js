@@ -117,7 +117,7 @@ function show(figures, why) {
 }
 
 /**
- * What the figures belong to: the last step, and the last disturbance.
+ * The events to which the figures belong: the last step, and the last disturbance.
  *
  * @param {Figures} figures
  */
@@ -140,7 +140,7 @@ export function stepText({ from, to, start, duration }) {
   return `${begin} to ${goal}, ${rounded(start, "REAL")} s to ${rounded(start + duration, "REAL")} s`;
 }
 
-/** The band in which a step counts as settled, as a part of it: what figures resolve. */
+/** The band in which a step counts as settled, as a fraction of it: the resolution of the figures. */
 export const SETTLED = 0.02;
 
 /**

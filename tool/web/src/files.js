@@ -22,11 +22,11 @@ const MEGABYTE = 1_000_000;
 const LIMITS = { parameters: 24 * MEGABYTE, fmu: 256 * MEGABYTE, description: MEGABYTE };
 /** As many loops as a table can show without making the page slow. */
 const MOST_LOOPS = 20_000;
-/** What a loop begins with, or has once: a data block, an object of JSON, a block of an Openness file. */
+/** The beginning of a loop, or text that occurs once in it: a data block, an object of JSON, a block of an Openness file. */
 const BEGINNING = /(?<!END_)DATA_BLOCK|"\s*:\s*\{|<SW\.Blocks\./gi;
 
 /**
- * Opens files. What is wrong with one is shown with it; files refused before, and what was wrong with them, go.
+ * Opens files. Problems are shown with each file; files refused before, and their problems, disappear.
  *
  * @param {Iterable<File>} files
  */
@@ -97,7 +97,7 @@ async function attempt(file, act) {
 
 /** Files that are no text: an FMU, the dump of a data block, a workbook. */
 const BINARY = /\.(fmu|bin|dump|xlsx)$/i;
-/** So much of a file tells it, in bytes. */
+/** The size of the part of a file that reveals it, in bytes. */
 const BEGIN = 4096;
 
 /**
@@ -119,7 +119,7 @@ async function whyNoText(file) {
     : "It is not a text: open a parameter file, a program in SCL, a recording or an FMU.";
 }
 
-/** Opens files as the command gives them. @param {{ file: string, content: string }[]} given */
+/** Opens files passed by the command. @param {{ file: string, content: string }[]} given */
 export async function openSaved(given) {
   await openFiles(given.map(({ file, content }) => fileAt(file, fromBase64(content))));
 }
@@ -212,7 +212,7 @@ async function show(file, read) {
   store.emit("files");
   if (read.loops.length === 1) await take(opened, 0);
   const count = read.loops.length;
-  // Without a loop the list is all that there is to see.
+  // Without a loop, only the list is visible.
   if (count > 1 && store.loop) store.say(`${file.name}: ${count} loops; choose one in the list.`);
 }
 

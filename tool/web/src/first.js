@@ -41,7 +41,7 @@ const SETPOINTS = [
 const ROUND = 720;
 /** Ten times as fast as the clock. */
 const [FACTOR, INTERVAL] = [10, 100];
-/** What is to be seen of it, in seconds, and how much of it has run when the page opens. */
+/** The visible part in seconds, and the part that has run when the page opens. */
 const [WINDOW, BEFORE] = [360, 150];
 const [WIDTH, HEIGHT] = [640, 300];
 const MARGIN = 12;
@@ -221,7 +221,7 @@ async function small(known) {
  */
 function picture(view, which, [width, height], margin, range = [view.times[0] ?? 0, view.times.at(-1) ?? 1]) {
   const { curves } = theme();
-  // The first call of a plant may be before it has told its value.
+  // The first call of a plant may precede its value.
   const there = (/** @type {number} */ at) => view.values[at].slice(2).filter((value) => value !== null);
   const together = which.flatMap((role, at) => (role < 2 ? there(at) : []));
   const x = (/** @type {number} */ time) => ((time - range[0]) / (range[1] - range[0] || 1)) * width;
@@ -239,7 +239,7 @@ function picture(view, which, [width, height], margin, range = [view.times[0] ??
       svg("path", { d: stroke, "stroke-width": role === 1 ? 2 : 1.3, ...ink }),
     ];
   });
-  // What is controlled lies on top.
+  // The controlled value is drawn on top.
   const order = drawn
     .map((_, at) => at)
     .sort((one, other) => (which[one] === 1 ? 1 : 0) - (which[other] === 1 ? 1 : 0));
@@ -251,7 +251,7 @@ function picture(view, which, [width, height], margin, range = [view.times[0] ??
 }
 
 /**
- * Begins the loop that lives: so much has run already that one sees what it is.
+ * Begins the running loop: it has run long enough to show what it is.
  *
  * @param {HTMLElement} place
  * @param {KnownLoop} known
@@ -275,7 +275,7 @@ async function run(place, known) {
   const setpoint = (await signalsOf(known))[0] ?? "";
   while (isFree()) {
     await new Promise((done) => setTimeout(done, INTERVAL));
-    // Nobody sees it.
+    // Not visible.
     if (document.hidden) continue;
     const calls = Math.max(Math.round((FACTOR * INTERVAL) / 1000 / step), 1);
     const now = SETPOINTS.findLast(([from]) => time % ROUND >= from)?.[1];

@@ -1,4 +1,4 @@
-/** Files of folders and of ZIP archives: what is dropped or chosen as a whole. */
+/** Files of folders and of ZIP archives that are dropped or chosen as a whole. */
 
 import { EngineError } from "tool/engine.js";
 import { unzippedAll } from "tool/zip.js";
@@ -57,7 +57,7 @@ async function collect(entry, found) {
   }
   const reader = /** @type {FileSystemDirectoryEntry} */ (entry).createReader();
   for (;;) {
-    // A browser gives a hundred at a time.
+    // A browser returns a hundred at a time.
     const some = await new Promise((done, failed) => reader.readEntries(done, failed));
     if (some.length === 0) return;
     for (const one of some) await collect(one, found);

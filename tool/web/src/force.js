@@ -9,14 +9,17 @@
 import { ask } from "tool/engine.js";
 import { split, store, wiredTo } from "tool/store.js";
 
-/** When what was forced in the present run: the calls from one to another, by name. @type {Map<string, [number, number][]>} */
+/**
+ * The periods in which variables were forced in the present run: the calls from one to another, by name.
+ * @type {Map<string, [number, number][]>}
+ */
 let spans = new Map();
-/** Of which run, and of what is forced in it. */
+/** The run, and the variables forced in it. */
 let known = "";
 
 for (const what of ["state", "run", "loop"]) store.on(what, follow);
 
-/** What is forced in the shown loop. @returns {Values} */
+/** The variables forced in the shown loop. @returns {Values} */
 export function forced() {
   const loop = store.loop;
   return store.isLive() ? (store.state?.forced ?? {}) : (loop?.notes.forced ?? {});
@@ -51,7 +54,7 @@ export function write(values) {
 }
 
 /**
- * Releases variables. An input has again what was set.
+ * Releases variables. An input returns to the value that was set.
  *
  * @param {string[]} names all that are forced without it
  */
@@ -88,7 +91,7 @@ async function act(how, values) {
   store.emit("settings", []);
 }
 
-/** Keeps what is forced with the loop, and learns when it was. */
+/** Keeps the forced variables with the loop, and records the periods. */
 async function follow() {
   const loop = store.loop;
   if (!loop || !store.isLive() || !store.state) return;

@@ -41,7 +41,7 @@ async function show(place, { step, figures }) {
   const { loop, state } = store;
   const tuning = /** @type {import("./messages").Tuning | undefined} */ (loop?.notes.tune?.applied);
   if (!tuning || step?.cause !== "setpoint") return fill(place);
-  // Why a step cannot be predicted, the report says.
+  // The report states why a step cannot be predicted.
   const of = await ask({ do: "forecast", tuning }).catch(() => null);
   if (store.loop !== loop || store.state?.run !== state?.run) return;
   const both = figures.filter(({ key, value }) => of && value !== null && key in of.figures);

@@ -1,4 +1,4 @@
-/** What is drawn at most once in a frame, and one time after the other. */
+/** Drawing at most once in a frame, one after the other. */
 
 import { store } from "tool/store.js";
 

@@ -38,7 +38,7 @@ function soon() {
 function edits() {
   const loop = store.loop;
   const calls = store.state?.calls ?? 0;
-  // What a program's lines are watched in is its present run.
+  // A program's lines are watched in its present run.
   if (!loop || !store.isLive() || calls < 2 || calls > MOST_CALLS || programOf(loop)) return undefined;
   const edited = Object.entries(loop.settings).filter(
     ([, one]) => isEdited(one) && one.wrong === undefined && !one.variable.is_stimulus,
@@ -47,7 +47,7 @@ function edits() {
   return Object.fromEntries(edited.map(([name, one]) => [variable(loop, name), one.value]));
 }
 
-/** Whether what is drawn was applied, and no call has been made since. */
+/** Whether the drawn values were applied, and no call has been made since. */
 function isApplied() {
   const { ghost, loop, state } = store;
   if (!ghost || !loop || state?.run !== ghost.of.run || state.calls !== ghost.of.calls) return false;
@@ -79,14 +79,14 @@ async function make() {
     if (mine !== asked) return;
     store.ghost = { ...tried, values, of };
   } catch {
-    // What is wrong with a value stands at its field.
+    // A problem with a value is reported at its field.
     if (mine !== asked) return;
     store.ghost = undefined;
   }
   store.emit("prediction");
 }
 
-/** What is drawn dashed, with its figures: `GAIN 0.5: overshoot 3 %, settles 90 s`. Empty if nothing is. */
+/** The dashed curves, with their figures: `GAIN 0.5: overshoot 3 %, settles 90 s`. Empty if there are none. */
 export function ghostText() {
   const { ghost, loop } = store;
   if (!ghost || !loop) return "";

@@ -1,4 +1,4 @@
-/** Help: beside a field from the FMU's own page, and a panel with the keys and what the block is. */
+/** Help: beside a field from the FMU's own page, and a panel with the keys and a description of the block. */
 
 import { assetOf, html } from "tool/assets.js";
 import { attribute, element, fill } from "tool/dom.js";

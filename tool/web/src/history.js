@@ -11,7 +11,7 @@
 import { ask } from "tool/engine.js";
 import { isLate } from "tool/moment.js";
 
-/** At most this many values of a request: more would hold the page up. */
+/** The maximum number of values in a request: more would block the page. */
 const MOST_VALUES = 200_000;
 /** As many runs as the engine keeps. */
 const MOST_RUNS = 6;

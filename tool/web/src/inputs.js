@@ -15,7 +15,7 @@ import { isSwitch } from "tool/signals.js";
 import { store, variable } from "tool/store.js";
 import { number, shown } from "tool/values.js";
 
-/** Words of a comment, and names, of what springs back when it is let go. */
+/** Words in a comment or a name that indicate a push button. */
 const PUSH_COMMENT = /push.?button|\bbutton\b|momentary|\btaster\b|\bpulse\b/i;
 const PUSH_NAME = /(^|_)(start|stop|reset|ack|acknowledge|quit|confirm|jog)\w*$/i;
 
@@ -42,7 +42,7 @@ export function mount(within) {
   update();
 }
 
-/** Shows what the inputs were at the cursor, and what is forced. */
+/** Shows the inputs at the cursor, and the forced ones. */
 function showMoment() {
   const loop = store.loop;
   if (!loop) return;
@@ -137,7 +137,7 @@ function row(of, control, more = null) {
 }
 
 /**
- * A switch: it stays as it is set.
+ * A switch: it keeps its position.
  *
  * @param {Work} loop
  * @param {Variable} of
@@ -232,7 +232,7 @@ function numeric(loop, of) {
   slider.addEventListener("input", async () => {
     if (isActing) return;
     isActing = true;
-    // What the slider has moved to meanwhile is set, too.
+    // Also sends the slider's latest position.
     for (let last = Number.NaN; last !== Number(slider.value); ) {
       last = Number(slider.value);
       await act(name, last);

@@ -13,7 +13,7 @@ import { whereIsTheEngine } from "tool/engine.js";
 const KEY = "plcfmu-sessions";
 /** The session of this tab. */
 const OWN = "plcfmu-session";
-/** As many are kept, each of at most so many characters: a browser has room for some 5 million. */
+/** The number of sessions kept, each of limited length: a browser has room for some 5 million characters. */
 const MOST = 5;
 const LARGEST = 800_000;
 
@@ -35,7 +35,7 @@ function write(kept) {
       else localStorage.setItem(KEY, JSON.stringify(kept.slice(0, count)));
       return;
     } catch {
-      // It is full, or not there at all.
+      // The storage is full or missing.
     }
   }
 }

@@ -1,4 +1,4 @@
-/** Keys that work wherever the cursor is not in a field. What they do belongs to the panels: see the events of the store. */
+/** Keys that work wherever the cursor is not in a field. Their actions belong to the panels: see the events of the store. */
 
 import { closeDrawer, toggleDrawer } from "tool/panels.js";
 import { store } from "tool/store.js";

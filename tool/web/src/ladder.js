@@ -22,7 +22,7 @@ import { showUsage } from "tool/usage.js";
 /** So much smaller a network that does not fit is drawn. */
 const SMALLEST = 0.75;
 
-/** What follows the call: each puts its element in the look that it has then. @type {((told: Told) => void)[]} */
+/** Functions that update each element for a call. @type {((told: Told) => void)[]} */
 let followers = [];
 /** The variable that is selected. @type {Operand | undefined} */
 let selected;
@@ -34,7 +34,7 @@ let told;
 let block;
 /** @type {(of: import("tool/usage.js").Variable) => Way | undefined} */
 let declaration = () => undefined;
-/** What has decided the value that was asked for. @type {{ block: string, wires: Set<number> } | undefined} */
+/** The operands that decided the requested value. @type {{ block: string, wires: Set<number> } | undefined} */
 let decided;
 
 store.on("decided", (/** @type {typeof decided} */ of) => {
@@ -62,7 +62,7 @@ export function ladder(of, wayTo) {
   return element("div.ladder", bar, list);
 }
 
-/** Shows what is known of a call. @param {Told} now */
+/** Shows the known state of a call. @param {Told} now */
 export function follow(now) {
   told = now;
   for (const each of followers) each(now);
@@ -73,11 +73,11 @@ export function follow(now) {
 function network(of) {
   const { placed, wires, width, height, rail } = layout(of);
   const lines = of.elements.map(({ line }) => line);
-  /** Whether the network was run, as far as it is known. @param {Told} now */
+  /** Whether the network was executed, as far as known. @param {Told} now */
   const isRun = (now) =>
     lines.some((line) => now.lines.has(line)) ||
     of.elements.some(({ outputs }) => outputs.some(({ wire }) => wire !== null && now.wires.has(wire)));
-  /** What a wire carries; nothing if that is not known. @param {From} from @param {Told} now @returns {boolean | undefined} */
+  /** The value of a wire; `undefined` if it is unknown. @param {From} from @param {Told} now @returns {boolean | undefined} */
   const truth = (from, now) => {
     if (from.operand) return noted(from.operand, now);
     if (from.element === null) return isRun(now) || undefined;
@@ -267,7 +267,7 @@ function name(operand, x, y, anchor, isInline = false) {
   return isInline ? [label] : [label, value];
 }
 
-/** What can be done with the variable that is selected. */
+/** The actions for the selected variable. */
 function showBar() {
   const path = selected?.path;
   if (!selected || !path) {
@@ -292,7 +292,7 @@ function showBar() {
   ]);
 }
 
-/** What an element writes, as text. @param {import("./messages").Element} of */
+/** The variables written by an element, as text. @param {import("./messages").Element} of */
 function writes({ shape, sign, above, outputs }) {
   const isWriter = shape === "coil" || ["SR", "RS", "INC", "DEC"].includes(sign);
   return [
@@ -301,7 +301,7 @@ function writes({ shape, sign, above, outputs }) {
   ];
 }
 
-/** What an element reads, as text. @param {import("./messages").Element} of */
+/** The variables read by an element, as text. @param {import("./messages").Element} of */
 function reads(of) {
   const read = of.inputs.flatMap((input) => operandsOf(input).map(({ text }) => text));
   const isRead = of.above && !(of.shape === "coil" && writes(of).includes(of.above.text));

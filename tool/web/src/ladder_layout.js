@@ -56,7 +56,7 @@ const SYMBOL = 28;
 /** Room for the value of an operand. */
 const LEAST = 76;
 
-/** A name as it is shown. @param {string} name */
+/** A name as displayed. @param {string} name */
 export function cut(name) {
   return name.length > MOST_LETTERS ? `${name.slice(0, MOST_LETTERS - 1)}…` : name;
 }
@@ -219,13 +219,13 @@ function columns(placed, isLadder) {
   for (const one of placed) if (one.look === "coil" && ends(placed, one)) one.column = last;
 }
 
-/** Whether nothing is wired to what comes out of an element. @param {Placed[]} placed @param {Placed} one */
+/** Whether the outputs of an element are not connected. @param {Placed[]} placed @param {Placed} one */
 function ends(placed, one) {
   return !placed.some((other) => needed(other).some(({ from }) => from.element === one.number));
 }
 
 /**
- * What leads to an element stands in its row; all else that is wired to it begins rows below.
+ * The wire into an element is in its row; all other connections begin rows below.
  *
  * @param {Placed[]} placed
  */
@@ -259,7 +259,7 @@ function rows(placed) {
 function wire(placed, to, pin, from, tops, heights) {
   const end = [to.x + (to.look === "box" ? to.left : 0), to.y + pin.y];
   const source = from.element === null ? undefined : placed[from.element];
-  // The rail feeds a branch in a row of its own, unless it is the first one of its pin.
+  // The rail feeds a branch in its own row, unless it is the first one of its pin.
   if (!source) return { from, path: `M${RAIL} ${end[1]}H${end[0]}`, dots: [] };
   const out = source.outputs.find(({ output }) => output?.pin === from.pin) ?? source.outputs[0] ?? { y: FLOW };
   const begin = [source.x + (source.look === "box" ? source.left + source.inner : source.width), source.y + out.y];

@@ -25,7 +25,7 @@ const BEGIN = "#loop=";
 /** The most bytes of a link's content, and the most calls of its run. */
 const [LARGEST, MOST_CALLS] = [4_000_000, 2_000_000];
 
-/** What a link carries of what panels keep. */
+/** The notes of panels that a link contains. */
 const NOTES = ["timing", "watch", "inputs"];
 
 /** The link of the shown loop. @returns {Promise<string>} */
@@ -53,7 +53,7 @@ export async function linkOfLoop() {
 export async function openLink() {
   if (!location.hash.startsWith(BEGIN)) return;
   const text = location.hash.slice(BEGIN.length).replaceAll("-", "+").replaceAll("_", "/");
-  // A reload takes up what is under work, which it is from now on.
+  // A reload restores the work, which this now is.
   history.replaceState(null, "", location.href.split("#")[0]);
   /** @type {Carried} */
   let carried;

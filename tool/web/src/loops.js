@@ -27,7 +27,7 @@ let page = 0;
 let filter = "";
 /** By which column the rows are sorted; in the order of the files without it. @type {{ title: string, isDown: boolean } | undefined} */
 let sorting;
-/** What the variables of the blocks are, by the names of the blocks. @type {Map<string, import("./messages").Roles>} */
+/** The roles of the blocks' variables, by block name. @type {Map<string, import("./messages").Roles>} */
 const rolesOf = new Map();
 let shownRows = "";
 /** @type {(import("./store.js").OpenFile | boolean)[]} */
@@ -149,7 +149,7 @@ function mountOpening() {
   });
   store.on("loop", () => {
     if (!store.loop) return;
-    // What was clicked on the first page may be far down.
+    // The clicked item on the first page may be far down.
     if (!opening.hidden) scrollTo(0, 0);
     opening.hidden = true;
   });
@@ -207,7 +207,7 @@ function doors() {
   );
 }
 
-/** The last sessions; nothing if there is none. @param {HTMLElement} within */
+/** The last sessions; nothing if there are none. @param {HTMLElement} within */
 function recent(within) {
   const sessions = keptSessions();
   if (sessions.length === 0) return null;
@@ -253,7 +253,7 @@ function mountDrop() {
 }
 
 /**
- * Whether a loop can be made of an FMU. What is not known of a foreign one is no controller.
+ * Whether a loop can be made of an FMU. An unknown foreign one is not a controller.
  *
  * @param {import("./messages").Entry} entry
  */
@@ -293,7 +293,7 @@ function allRows() {
   }
   const own = store.loops.filter((loop) => !inFiles.has(loop)).map((loop) => rowOf(loop));
   const all = [...own, ...rows];
-  // Two loops of one name are told apart by their files.
+  // Two loops with the same name are distinguished by their files.
   const count = new Map();
   for (const { name } of all) count.set(name, (count.get(name) ?? 0) + 1);
   for (const row of all) if (count.get(row.name) === 1) row.file = undefined;
@@ -317,7 +317,7 @@ function rowOf(loop) {
   };
 }
 
-/** Asks what the variables of the listed blocks are. @returns {Promise<boolean>} whether one is new */
+/** Asks for the roles of the listed blocks' variables. @returns {Promise<boolean>} whether one is new */
 async function learnRoles() {
   const named = [...store.files.flatMap(({ loops }) => loops), ...store.loops.map(({ description }) => description)];
   const unknown = [...new Set(named.map(({ block }) => block))].filter((block) => !rolesOf.has(block));
@@ -430,7 +430,7 @@ function showRows(list, search) {
     ? all.filter((row) => [row.name, row.block, row.title].some((text) => text?.toLowerCase().includes(filter)))
     : all;
   const found = sorted(matching);
-  // A row with a title is higher: what turns the pages stays in sight.
+  // A row with a title is higher: the page buttons stay visible.
   const few = found.some(({ title }) => title) ? FEW - 1 : FEW;
   const rows = store.loops.length > 0 ? few : MANY;
   search.hidden = all.length <= 8;
@@ -610,7 +610,7 @@ function closeFile(file) {
 }
 
 /**
- * What is wrong with a file; remarks on a good one are folded once a loop is under work.
+ * The problems of a file; remarks on a good one are folded once work on a loop has begun.
  *
  * @param {import("./store.js").OpenFile} file
  */
@@ -642,7 +642,7 @@ function problem(file, one) {
 }
 
 /**
- * Some formats do not say the block.
+ * Some formats do not name the block.
  *
  * @param {import("./store.js").OpenFile} file
  */

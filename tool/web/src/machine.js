@@ -40,7 +40,7 @@ export async function openSources(files) {
  */
 export async function openWith(program, machine, plant) {
   const answer = await admit({ ...program, run: plant });
-  // What is wrong with the plant is shown at its lines.
+  // Problems of the plant are shown at its lines.
   if (!answer.fmu) return translate({ ...program, run: plant });
   const loop = await translate({ ...program, run: machine });
   if (!loop) return undefined;
@@ -72,7 +72,7 @@ export async function withPrograms(known, files) {
     const whole = /** @type {Program} */ ({ ...program, files: of });
     const { fmu } = await admit(whole);
     if (!fmu) {
-      // What is wrong is shown at its lines.
+      // Problems are shown at their lines.
       await translate(whole);
       throw new EngineError(`The program ${member} was refused.`);
     }

@@ -17,11 +17,11 @@ import { rounded } from "tool/values.js";
 
 /** A part of the run that the user has chosen; without it the last part is shown and moves on. @type {[number, number] | undefined} */
 let zoomed;
-/** That part, if it is a step that is made just now: what comes after it is followed again. @type {[number, number] | undefined} */
+/** That part, if it is a step just being made: after it, the run is followed again. @type {[number, number] | undefined} */
 let ofStep;
 /** Where the cursor is, in seconds, as the keys or the mouse have set it. @type {number | undefined} */
 let cursor;
-/** All values at the cursor, and which call of which run they are of. @type {{ key: string, values: Values } | undefined} */
+/** All values at the cursor, with their call and run. @type {{ key: string, values: Values } | undefined} */
 let got;
 let isAsking = false;
 /** All values now, and the state that they are of. @type {{ state: typeof store.state, values: Values }} */
@@ -86,7 +86,7 @@ export function isLate(name) {
   return member === loop?.member && !(own in loop.settings) && !!store.state?.after && !!programOf(loop);
 }
 
-/** The time at the cursor as text, `at 12.3 s`; now has none. */
+/** The time at the cursor as text, `at 12.3 s`; empty for now. */
 export function momentText() {
   return cursor === undefined ? "" : `at ${rounded(cursor, "REAL", 9)} s`;
 }
@@ -152,7 +152,7 @@ export function callAt(time) {
 
 /** When a call is, in seconds. @param {number} call */
 export function timeOf(call) {
-  // Without what adds up in sums of a step such as 0.1.
+  // Without the rounding that accumulates in sums of a step such as 0.1.
   return Number((start() + call * (store.state?.step ?? 1)).toPrecision(12));
 }
 
@@ -167,7 +167,7 @@ export function range() {
   const length = notes()?.window ?? 0;
   const { origin, curves: ahead } = store.prediction ?? {};
   const predicted = origin ? origin.time + (ahead?.times.at(-1) ?? 0) : 0;
-  // A prediction reaches into the future, but does not push what was measured out of sight.
+  // A prediction reaches into the future, but does not push measured values out of sight.
   const end = Math.max(last, length === 0 ? predicted : Math.min(predicted, last + length / 2));
   const step = store.state?.step ?? 1;
   const whole = round(Math.max(end, 20 * step));
@@ -181,7 +181,7 @@ export function isZoomed() {
 }
 
 /**
- * The present run is made again: what was looked at stays in sight.
+ * The present run is repeated: the visible part stays in sight.
  *
  * @param {"same_bits" | "same_test"} what
  */
@@ -198,7 +198,7 @@ function round(seconds) {
   return decade * ([1, 1.5, 2, 3, 4, 6, 8].find((factor) => factor * decade >= seconds) ?? 10);
 }
 
-/** Shows the last part of the run, and goes on with it. @param {number} [length] in seconds, 0 is all; as before without it */
+/** Shows the last part of the run, and follows it. @param {number} [length] in seconds, 0 is all; unchanged by default */
 export function follow(length) {
   const kept = notes();
   if (kept && length !== undefined) kept.window = length;
@@ -219,7 +219,7 @@ export function zoom(from, to) {
 }
 
 /**
- * Shows a step that is to come, until the user goes on after it.
+ * Shows a future step, until the user continues after it.
  *
  * @param {number} from
  * @param {number} to
@@ -229,7 +229,7 @@ export function zoomToStep(from, to) {
   ofStep = zoomed;
 }
 
-/** The run goes on after a step: it is followed again. */
+/** The run continues after a step: it is followed again. */
 export function leaveStep() {
   if (isZoomed() && zoomed === ofStep) follow();
 }

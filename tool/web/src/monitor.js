@@ -35,11 +35,11 @@ import { declarationOf, showUsage, usesOf } from "tool/usage.js";
 import { isBoolean, isTime, number, plcText } from "tool/values.js";
 import { whyPanel } from "tool/why.js";
 
-/** The type of what is no number. */
+/** The type of a value that is not a number. */
 const TEXT = "STRING";
 /** The height of a line, as the style has it. */
 const HEIGHT = 20;
-/** So many lines are laid out together, when they come into sight. */
+/** The number of lines laid out together when they become visible. */
 const SECTION = 50;
 /** How often values are asked for, in milliseconds. */
 const PAUSE = 100;
@@ -49,7 +49,7 @@ const MOST_CALLS = 20_000;
 
 /** @type {HTMLElement} */
 let body;
-/** What is shown. @type {{ program: Program, compiled: Compiled } | undefined} */
+/** The shown program. @type {{ program: Program, compiled: Compiled } | undefined} */
 let showing;
 /** Which of the sources. */
 let file = 0;
@@ -63,7 +63,7 @@ let drawnBlock;
 let looked;
 /** @type {Line[]} */
 let lines = [];
-/** The same, as they are laid out. @type {{ box: HTMLElement, lines: Line[] }[]} */
+/** Its lines as laid out. @type {{ box: HTMLElement, lines: Line[] }[]} */
 let sections = [];
 /** @type {HTMLElement} */
 let sheet;
@@ -77,13 +77,13 @@ let badge;
 let variables = new Map();
 /** Why a variable has its value. @type {HTMLElement} */
 let why;
-/** What the program did in the last call, or in the one at the cursor. @type {Monitored | undefined} */
+/** The activity of the program in the last call, or in the one at the cursor. @type {Monitored | undefined} */
 let monitored;
-/** The cursor of which that is. @type {number | undefined} */
+/** The corresponding cursor. @type {number | undefined} */
 let monitoredAt;
 /** @type {number | undefined} */
 let monitoredRun;
-/** The networks of which it is. */
+/** The corresponding networks. */
 let monitoredOf = "";
 /** Whether the values are being asked for. */
 let isAsking = false;
@@ -126,7 +126,7 @@ function show() {
   }
   document.body.classList.toggle("has-program", showing !== undefined);
   document.body.classList.toggle("has-refused", bad !== undefined);
-  // What is no controller is neither judged nor replayed as one.
+  // Only controllers are judged and replayed as such.
   const isController = compiled?.parts.some((part) => part.is_native) ?? true;
   document.body.classList.toggle("has-no-controller", !isController);
   const wrong = compiled?.sources.findIndex(({ file }) => file === firstProblem()?.file) ?? -1;
@@ -135,7 +135,7 @@ function show() {
   const place = store.loop ? byId("program") : byId("refused");
   byId("refused").hidden = !bad || store.loop !== undefined;
   place.querySelector(".content")?.append(body);
-  // A program that has come is told of twice, as a loop and as a program: its lines are made once.
+  // A new program is announced twice, as a loop and as a program: its lines are made once.
   if (showing !== was) drawn = "";
   draw();
   const first = firstProblem();
@@ -149,7 +149,7 @@ function runBlock() {
   return compiled?.blocks.find(({ name }) => same(name, compiled.block));
 }
 
-/** The first error of what is shown. */
+/** The first error of the shown program. */
 function firstProblem() {
   return showing?.compiled.problems.find((one) => one.is_error && one.place);
 }
@@ -178,7 +178,7 @@ function draw() {
     ...[showing.compiled.fmu, file, [...chosen], stop, store.loop?.id, refused() !== undefined],
     [[...asText], looked],
   ]);
-  // What is refused has no name of its own.
+  // A refused program has no name.
   if (key === drawn && !refused()) return;
   drawn = key;
   const { compiled } = showing;
@@ -237,7 +237,7 @@ function draw() {
   update();
 }
 
-/** What is above the source: which source, which instance, what else can be chosen. */
+/** The head above the source: source, instance, and other choices. */
 function head() {
   badge = element("span.mode");
   const { compiled, program } = /** @type {NonNullable<typeof showing>} */ (showing);
@@ -307,7 +307,7 @@ function isText({ file: name }) {
   return /\.s7res$/i.test(name);
 }
 
-/** Shows the text in place of the networks. @param {string} name */
+/** Shows the text instead of the networks. @param {string} name */
 function textButton(name) {
   const isShown = asText.has(name);
   const change = () => {
@@ -351,7 +351,7 @@ function same(one, other) {
 }
 
 /**
- * The path of the instance of a block that is watched; a function has none.
+ * The path of the instance of a watched block; empty for a function.
  *
  * @param {Block} block
  */
@@ -362,7 +362,7 @@ function instanceOf(block) {
 }
 
 /**
- * The list of what is wrong: a click goes to the line.
+ * The list of problems: a click goes to the line.
  *
  * @param {Finding[]} all
  */
@@ -433,7 +433,7 @@ function choose(target) {
   const parts = (/** @type {string} */ path) => path.split(/[.[\],]+/).map((part) => part.toUpperCase());
   const wanted = name.toUpperCase();
   const named = lines[at - 1].names.filter(({ path }) => parts(path).includes(wanted));
-  // The variable itself, else what it is a part of, else what a part of it is called.
+  // The variable itself, else the whole of which it is a part, else a part of it.
   const rank = (/** @type {Named} */ { path }) =>
     path.toUpperCase() === wanted ? 0 : parts(path)[0] === wanted ? 1 : parts(path).at(-1) === wanted ? 2 : 3;
   const best = named.toSorted((one, other) => rank(one) - rank(other))[0];
@@ -515,7 +515,7 @@ function line(text, at, look, block, names) {
 }
 
 /**
- * A text with what is wrong in it underlined.
+ * A text with its errors underlined.
  *
  * @param {string} text
  * @param {Finding[]} found
@@ -537,7 +537,7 @@ function marked(text, found) {
 }
 
 /**
- * What is said below a line: errors with what to do, and why the program has stopped there.
+ * The notes below a line: errors with remedies, and why the program has stopped there.
  *
  * @param {string} name
  * @param {number} at
@@ -577,7 +577,7 @@ async function due() {
     /** @type {[string, string] | null} */
     const networks = drawnBlock ? [drawnBlock.name, instanceOf(drawnBlock) ?? ""] : null;
     const of = String(networks);
-    // What was done in an earlier call does not change.
+    // The activity of an earlier call does not change.
     const isSame = monitoredAt === time && monitoredRun === run && monitoredOf === of;
     const isKnown = call !== null && monitored !== undefined && isSame;
     if (loop && store.isLive() && (call ?? 0) < MOST_CALLS && !isKnown) {
@@ -611,7 +611,7 @@ function isBehind() {
   return askedState !== (store.isLive() ? store.state : undefined) || askedTime !== cursorTime();
 }
 
-/** What the program did in the call that is looked at, as far as it is known yet. */
+/** The activity of the program in the displayed call, as far as known yet. */
 function monitoredNow() {
   return monitoredAt === cursorTime() ? monitored : undefined;
 }
@@ -681,7 +681,7 @@ function bringRunLines(run) {
   if (isBrought || run.size === 0) return;
   isBrought = true;
   const block = runBlock();
-  // A function that stands above the block is run, too, and is not what one looks for.
+  // A function above the block is also executed, but is not of interest.
   const begin = block?.file === file ? block.line : 1;
   const first = lines[Math.min(...[...run].filter((at) => at >= begin)) - 1];
   if (!first || topLine() !== openedAt) return;
@@ -782,7 +782,7 @@ function find(block, path, isGlobal) {
   });
   if (!isKnown) return undefined;
   const prefix = instanceOf(block);
-  // What a function calculates with is gone by the end of its call; a variable of the program may have the same name.
+  // A function's operands are gone by the end of its call; a variable of the program may have the same name.
   if (prefix === undefined && !isGlobal) return undefined;
   const own = prefix ? `${prefix}.${plain}` : plain;
   const candidates = isGlobal ? [plain] : [own];

@@ -44,7 +44,7 @@ export function ofCalls(times, values) {
 }
 
 /**
- * What is drawn behind the curves.
+ * The curves drawn behind the run.
  *
  * @param {Work} loop
  * @param {Curve[]} visible
@@ -110,7 +110,7 @@ export function overlays(loop, visible, earlier, { curves: palette, runs } = the
 }
 
 /**
- * How far they go on an axis, as far as they are to be seen.
+ * Their range on an axis, as far as visible.
  *
  * @param {Overlay[]} of
  * @param {string} scale

@@ -165,6 +165,6 @@ function keep(key, value) {
   try {
     localStorage.setItem(key, value);
   } catch {
-    // There is no storage: it lasts as long as the page.
+    // No storage: it lasts as long as the page.
   }
 }

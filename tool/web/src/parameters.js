@@ -35,7 +35,7 @@ import { isBoolean, isTime, number, plcTime, read, rounded, shown } from "tool/v
 let rows = new Map();
 /** The groups of the shown loop. @type {{ box: HTMLElement, used: HTMLElement, fold: HTMLDetailsElement, folded: HTMLElement, summary: HTMLElement, names: string[] }[]} */
 let groups = [];
-/** Which groups of which block the user has unfolded. @type {Set<string>} */
+/** The groups that the user has unfolded, by block. @type {Set<string>} */
 const unfolded = new Set();
 
 /** The actions of a structure P, I, D by their switches. @type {[string, string][]} */
@@ -179,7 +179,8 @@ function findActing() {
 }
 
 /**
- * The groups as one works with them: the setpoint, then what is tuned, which is in sight below a list of loops, too; then the rest.
+ * The groups in order of use: the setpoint, then tuning settings, which stay visible even below a list of loops, then
+ * the rest.
  *
  * @param {import("./messages").Description} description
  */
@@ -316,7 +317,7 @@ function isLong(name) {
 }
 
 /**
- * A name that may be broken behind a point: an inner block's settings have long names.
+ * A name that may break after a point: an inner block's settings have long names.
  *
  * @param {string} name
  */
@@ -333,7 +334,7 @@ async function keys(event, name, input) {
   const row = rows.get(name);
   if (event.key === "Enter") {
     event.preventDefault();
-    // What was typed into other fields goes with it: one runs with what one sees.
+    // Text typed into other fields is applied, too: the run uses the visible values.
     await store.send();
     const setting = store.loop?.settings[name];
     if (setting && !isEdited(setting)) showField(name, true);
@@ -367,9 +368,9 @@ function showField(name, isForced = false) {
   const value = wire ? (runValue(loop, name) ?? setting.value) : setting.value;
   if (isBoolean(kind)) row.input.checked = Boolean(value);
   else if (isForced || document.activeElement !== row.input || setting.wrong === undefined) {
-    // A value that the plant gives cannot be edited: it has the digits that fit.
+    // A value set by the plant cannot be edited: it has as many digits as fit.
     const written = setting.wrong ?? (wire ? rounded(value, kind) : shown(value, kind));
-    // What is being typed is left as it is.
+    // Text being typed is left unchanged.
     const typed = read(row.input.value, setting.variable);
     const isSame = "value" in typed && shown(typed.value, kind) === written;
     const isTyping = document.activeElement === row.input && isSame && !isForced;
@@ -406,7 +407,7 @@ function fieldOf(remark) {
 }
 
 /**
- * What stands in grey under a field: the value in force if it is another, its time as the PLC shows it, its range.
+ * The grey text under a field: the value in force if it differs, its time as the PLC shows it, its range.
  *
  * @param {Work} loop
  * @param {Setting} setting
@@ -453,7 +454,7 @@ function structureOf(loop) {
 }
 
 /**
- * Whether it is the structure that says which of these settings have an effect.
+ * Whether the structure determines which of these settings have an effect.
  *
  * @param {Work} loop
  * @param {string[]} names

@@ -1,5 +1,5 @@
 /**
- * What is shown as a picture to take away: SVG with title, date and legend, and PNG that is drawn from it.
+ * The shown curves as a picture to export: SVG with title, date and legend, and PNG drawn from it.
  */
 
 import { clock, FONT, paperTheme, ticks, timeUnit } from "tool/charts.js";
@@ -7,7 +7,7 @@ import { bringUpToDate, shownPicture } from "tool/curves.js";
 import { outline } from "tool/outline.js";
 import { store } from "tool/store.js";
 
-/** A report is narrow: what is drawn smaller is scaled down less there, and its words are read. */
+/** A report is narrow: smaller pictures are scaled down less there, and their text stays legible. */
 const SIZES = { alone: [1200, 640], report: [800, 560] };
 const MARGINS = { left: 76, right: 76, top: 146, bottom: 48 };
 /** How many pixels of the PNG are one of the picture. */
@@ -145,7 +145,7 @@ export async function svgPicture({ isReport = false, date = new Date() } = {}) {
 }
 
 /**
- * Marks with their words in rows, so that none lies on another. What finds no room is counted at the words before it.
+ * Marks with their words in rows without overlap. Marks without space are counted at the words before them.
  *
  * @param {{ time: number, text: string }[]} marks ascending
  * @param {(time: number) => number} x
@@ -169,7 +169,7 @@ function placed(marks, x, width) {
 }
 
 /**
- * How long a Boolean stays as it is, time after time.
+ * How long a Boolean keeps each value.
  *
  * @param {number[]} times
  * @param {(number | null)[]} values

@@ -37,13 +37,13 @@ const EXCHANGES = {
 
 /** @type {HTMLElement} */
 let body;
-/** What is proposed and possible, by loop. @type {Map<number, Proposal>} */
+/** The proposed and the possible connections, by loop. @type {Map<number, Proposal>} */
 const proposals = new Map();
 /** The generic plant's numbers as they were typed last. @type {Record<string, string>} */
 const typed = {};
 /** Outdated drawings are not finished. */
 let drawings = 0;
-/** What the panel shows: it is drawn anew only if that is another. */
+/** The state shown by the panel: it is redrawn only if this changes. */
 let drawn = "";
 
 /** @param {HTMLElement} content */
@@ -89,7 +89,7 @@ export function sensorOf(loop) {
 export async function disturbances(loop) {
   const found = [];
   const state = store.isLive() ? store.state : undefined;
-  // What was sent after the last call is in no row yet.
+  // Settings after the last call are in no row yet.
   const { events } = state ? await ask({ do: "events" }) : { events: [] };
   const sent = events.filter(({ call, act = "set" }) => state && call >= state.calls && act === "set");
   const acting = { ...state?.values, ...Object.fromEntries(sent.map(({ variable: name, value }) => [name, value])) };
@@ -109,7 +109,7 @@ export async function disturbances(loop) {
 }
 
 /**
- * Takes a plant, connected as is proposed. A run goes on with it.
+ * Takes a plant with the proposed connections. A run continues with it.
  *
  * @param {string} fmu
  * @param {import("./messages").Values} [values]
@@ -301,7 +301,7 @@ function isOwn(loop) {
   return (/** @type {[string, string]} */ wire) => wire.every((end) => end.startsWith(`${loop.member}.`));
 }
 
-/** What is shown as long as there is no plant. @returns {Promise<HTMLElement[]>} */
+/** The content while there is no plant. @returns {Promise<HTMLElement[]>} */
 async function unconnected() {
   const sentence = element("p", "No plant is connected. You can run the controller open loop, or choose a plant.");
   if (!store.catalogue.fmus.some((entry) => entry.name === GENERIC)) return [sentence];
@@ -405,7 +405,7 @@ async function sentences(loop, plant) {
   }
   const possible = [...proposal.connections, ...proposal.others];
   const sensor = sensorOf(loop);
-  // What is true of all is said once.
+  // A reason common to all is given once.
   const reasons = new Set(proposal.connections.map((wire) => wire.reason));
   const common = reasons.size === 1 && proposal.connections.length > 1 ? [...reasons][0] : undefined;
   const inputs = [...new Set([...loop.connections.map(([, to]) => to), ...possible.map(({ to }) => to)])];

@@ -31,7 +31,7 @@ const NARROW = 620;
 /** The least room between two lines. */
 const SPACE = 36;
 
-/** What a lane takes of its row. */
+/** The fraction of its row that a lane takes. */
 const FULL = 0.68;
 
 /**
@@ -46,7 +46,7 @@ export function makePlot(place, { width, height }, all, parts) {
   // A narrow picture has room for one: that of the manipulated value, if it has one.
   const first = units.includes("right") ? "right" : units[0];
   const right = units.filter((scale) => scale === first || width >= NARROW);
-  // Without an axis of its own, a curve has the left one.
+  // Without its own axis, a curve uses the left one.
   const curves = all.map((curve) =>
     units.includes(curve.scale) && !right.includes(curve.scale) ? { ...curve, scale: "left" } : curve,
   );
@@ -61,7 +61,7 @@ export function makePlot(place, { width, height }, all, parts) {
   /** The numbers of each axis, those of the right at the lines of the left. @type {Record<string, number[]>} */
   const lines = {};
   const scales = [...new Set(["left", ...numbers.map((curve) => curve.scale)])];
-  /** What the left axis shows above the lanes. @type {[number, number]} */
+  /** The range of the left axis above the lanes. @type {[number, number]} */
   let edges = [0, 1];
   /** @type {number[][]} */
   let choices = [];
@@ -160,7 +160,7 @@ export function makePlot(place, { width, height }, all, parts) {
 }
 
 /**
- * A row of a Boolean as it is drawn.
+ * A row of a Boolean as drawn.
  *
  * @param {(number | null)[]} values
  * @param {number} base
@@ -209,7 +209,7 @@ function drawNames(self, switches, base) {
 }
 
 /**
- * What was done, at the top: a line at its time, and words where there is room for them.
+ * The events, at the top: a line at each time, and words where there is space.
  *
  * @param {uPlot} self
  * @param {Mark[]} marks
@@ -221,7 +221,7 @@ function drawMarks(self, marks) {
   const [from, to] = [self.scales.x.min ?? 0, self.scales.x.max ?? 0];
   ctx.save();
   ctx.font = scaled(FONT, ratio);
-  // The axes have left theirs behind.
+  // The axes have changed it.
   ctx.textAlign = "left";
   ctx.textBaseline = "bottom";
   let free = bbox.left;

@@ -18,23 +18,23 @@ import { unzippedAll } from "tool/zip.js";
 const SOURCE = /\.(scl|udt|db|xml|s7dcl|s7res|xlsx|sdf)$/i;
 /** In the folder of a project a file in AWL is a source, too; by itself it has parameters. */
 const OF_PROJECT = /\.(scl|udt|db|awl|xml|s7dcl|s7res|xlsx|sdf)$/i;
-/** What tells a source that is executed from data alone, which may be a parameter file. */
+/** Distinguishes a source with code from data alone, which may be a parameter file. */
 const CODE = /^[ \t\ufeff]*(FUNCTION_BLOCK|ORGANIZATION_BLOCK|FUNCTION)\b|<SW\.Blocks\.(FB|FC|OB)\b/im;
 /** The parts of a workbook that hold its tables. */
 const WORKBOOK = /^xl\/.*\.(xml|rels)$/;
 const LARGEST = 16_000_000;
-/** So many sources are named where it says what a loop was made of. */
+/** The maximum number of sources named as the origin of a loop. */
 const MOST_NAMED = 4;
 /** As many curves as the picture has room for, numbers and Booleans. */
 const [MOST_NUMBERS, MOST_SWITCHES] = [4, 8];
 
-/** What was translated, by the name in the catalogue, in the order in which it came. @type {Map<string, { program: Program, compiled: Compiled }>} */
+/** The translated programs, by name in the catalogue, in order of arrival. @type {Map<string, { program: Program, compiled: Compiled }>} */
 const known = new Map();
 
 /** The sources that were refused last. @type {{ program: Program, compiled: Compiled } | undefined} */
 let refusedNow;
 
-/** What was refused last, and is not put right yet. */
+/** The last refused program, if it has not been corrected yet. */
 export function refused() {
   return refusedNow;
 }
@@ -46,7 +46,7 @@ export function forgetRefused() {
 }
 
 /**
- * What a loop's program was translated from, and to; a loop of a block has none.
+ * The program of a loop, as translated; `undefined` for a loop of a block.
  *
  * @param {Work | undefined} loop
  */
@@ -72,7 +72,7 @@ export async function sourcesAmong(files) {
     // Of UTF-16 every other byte is a NUL.
     const text = new TextDecoder("latin1").decode(bytes).replaceAll("\0", "");
     if (!CODE.test(text)) continue;
-    // A project has files of other kinds, too, which nobody has opened by themselves.
+    // A project also contains other kinds of files, which a user does not open alone.
     const isPart = (/** @type {File} */ one) => (pathOf(one) === undefined ? SOURCE : OF_PROJECT).test(one.name);
     return [files.filter(isPart), files.filter((one) => !isPart(one) && pathOf(one) === undefined)];
   }
@@ -186,7 +186,7 @@ async function opened(compiled) {
 }
 
 /**
- * Outputs that are no part of a control loop are drawn, too: they are what one looks for.
+ * Outputs outside a control loop are drawn, too: they are of interest.
  *
  * @param {Work} loop
  */
@@ -224,7 +224,7 @@ async function replaced(before, fmu) {
   const loop = await store.add(before.name, fmu, undefined, before.file);
   for (const [name, setting] of Object.entries(loop.settings)) {
     const old = before.settings[name];
-    // The cycle is what the program was translated with.
+    // The cycle is the one with which the program was translated.
     if (!old || old.variable.kind !== setting.variable.kind || name === loop.description.cycle) continue;
     const isChanged = old.sent !== old.start;
     if (isChanged) setting.sent = setting.value = old.sent;

@@ -8,7 +8,7 @@ import { store } from "tool/store.js";
 
 const FILE = "oven.scl";
 const PLANT = "HEATER";
-/** What is done in the run: the seconds, the input, the value. @type {[number, string, boolean | number][]} */
+/** The events of the run: the seconds, the input, the value. @type {[number, string, boolean | number][]} */
 const EVENTS = [
   [10, "start", true],
   [12, "start", false],

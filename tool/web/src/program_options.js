@@ -10,13 +10,13 @@ import { choice, element, text } from "tool/dom.js";
 import { read } from "tool/values.js";
 
 const CPUS = ["300", "1200", "1500"];
-/** Lists of names: the key, the title, what it is for. @type {["inputs" | "outputs" | "parameters", string, string][]} */
+/** Lists of names: the key, the title, the purpose. @type {["inputs" | "outputs" | "parameters", string, string][]} */
 const LISTS = [
   ["inputs", "Inputs", "Settings or members of data blocks that become inputs"],
   ["outputs", "Outputs", "Locals or members of data blocks that become outputs"],
   ["parameters", "Parameters", "Inputs that become parameters"],
 ];
-/** Names with something behind them: the key, the title, an example, what stands between. @type {["tags" | "constants", string, string, string][]} */
+/** Names with a value: the key, the title, an example, the separator. @type {["tags" | "constants", string, string, string][]} */
 const PAIRS = [
   ["tags", "Tags and instances that no source declares, a line each", "Start : Bool", ":"],
   ["constants", "Constants that no source declares, a line each", "MAX = 5", "="],

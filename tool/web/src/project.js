@@ -10,10 +10,10 @@ import { element } from "tool/dom.js";
 import { fromBase64, toBase64 } from "tool/engine.js";
 import { store } from "tool/store.js";
 
-/** The source of what is assumed. */
+/** The source with the assumptions. */
 const ASSUMED = "assumed.scl";
 
-/** What the files hold; a single source has none. @param {Compiled} compiled */
+/** The contents of the files; empty for a single source. @param {Compiled} compiled */
 export function surveyTable({ survey, sources, fmu, assumptions }) {
   const count = sources.filter(({ file }) => !/\.s7res$/i.test(file)).length;
   if (survey.length === 0 || (count < 2 && assumptions.length === 0)) return null;
@@ -29,7 +29,7 @@ export function surveyTable({ survey, sources, fmu, assumptions }) {
 }
 
 /**
- * The list of what can be assumed, or what was.
+ * The list of possible or accepted assumptions.
  *
  * @param {Program} program
  * @param {Compiled} compiled

@@ -24,7 +24,7 @@ export async function watchFiles() {
         await open(changed.files);
       }
     } catch {
-      // The server is gone, which the next request to the engine says.
+      // The server has ended, as the next request to the engine will show.
       return;
     }
     setTimeout(look, PAUSE);

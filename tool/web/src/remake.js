@@ -1,5 +1,5 @@
 /**
- * Makes a run from what it began with and what was set in it: after a reload, from a link, again with other settings.
+ * Repeats a run from its setup and its events: after a reload, from a link, or with other settings.
  *
  * @typedef {object} Made
  * @property {import("./messages").Setup} setup
@@ -10,7 +10,7 @@
 import { ask } from "tool/engine.js";
 import { store } from "tool/store.js";
 
-/** How many calls are made at once: then the page answers what the user does. */
+/** The number of calls made at once, between which the page responds to the user. */
 const CHUNK = 5000;
 
 /**
@@ -33,7 +33,7 @@ export async function remake(loop, { setup, events, calls }) {
   for (let at = 0; at < events.length; ) {
     const { call } = events[at];
     await until(Math.min(call, calls));
-    // What is done in another way is done after what was done before.
+    // An event of a different kind comes after the earlier ones.
     const { act = "set" } = events[at];
     const values = /** @type {import("./messages").Values} */ ({});
     for (; at < events.length && events[at].call === call && (events[at].act ?? "set") === act; at += 1)

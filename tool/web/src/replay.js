@@ -1,5 +1,5 @@
 /**
- * A file recorded on the plant through the block: does it do what the plant's did, and if not, what is the matter?
+ * Replays a file recorded on the plant through the block: does the block compute what the plant's did, and if not, why?
  *
  * @typedef {import("./messages").Replayed} Replayed
  * @typedef {import("./csv.js").Recording} Recording
@@ -29,22 +29,22 @@ let body;
 let mapping;
 /** @type {HTMLElement} */
 let result;
-/** The curves, in the place of those of the run while the tab is shown: below the table nobody would see them. @type {HTMLElement} */
+/** The curves, in place of those of the run while the tab is shown: below the table they would not be visible. @type {HTMLElement} */
 let stage;
-/** Which output is drawn, and what draws it. @type {(() => void) | undefined} */
+/** The output that is drawn, and its drawing function. @type {(() => void) | undefined} */
 let drawCurve;
 /** @type {() => void} */
 let endChart = () => {};
 /** Says that the settings are others than those of the result. @type {HTMLElement} */
 let stale;
-/** The settings of the result, as text: all that count, and the controller's as they are shown. */
+/** The settings of the result, as text: all that count, and the controller's as displayed. */
 let replayedWith = "";
 let shownWith = "";
 /** What of the stage is above and below its chart, in pixels. */
 const AROUND = 96;
 /** Ends the replay that is under way. */
 let running = new AbortController();
-/** A report tells so many replays, each with the values that the one before it gave. */
+/** The maximum number of replays in a report, each with the resulting values of the previous one. */
 const MOST_REPORTED = 4;
 
 /** @param {HTMLElement} content */
@@ -69,7 +69,7 @@ function showStage() {
   if (!stage.hidden) drawCurve?.();
 }
 
-/** What a recording is replayed with: all but what the loop is tried with. */
+/** The settings for a replay: all except stimuli. */
 function settingsInFields() {
   const loop = store.loop;
   if (!loop) return "";
@@ -217,7 +217,7 @@ async function causes(request, known, own) {
 }
 
 /**
- * Keeps what a report says of a replay.
+ * Keeps a replay for the report.
  *
  * @param {Omit<import("./messages").ReportedReplay, "settings">} told
  * @param {Replayed} replayed
@@ -232,7 +232,7 @@ function keep(told, replayed, isGoingOn) {
 }
 
 /**
- * What a report says of the recording that was replayed last.
+ * The report's entries for the last replayed recording.
  *
  * @param {import("tool/store.js").Work} loop
  * @returns {import("./messages").ReportedReplay[]}

@@ -1,5 +1,5 @@
 /**
- * What a replay concludes, in words. The engine gives it as data.
+ * The conclusions of a replay in words. The engine returns them as data.
  *
  * @typedef {import("./messages").Change} Change
  * @typedef {import("./messages").Replayed} Replayed
@@ -19,13 +19,13 @@ import { isBoolean, isTime, rounded, shown } from "tool/values.js";
 
 /** More outputs are not named one by one. */
 const MOST_OUTPUTS = 6;
-/** Of more explanations nobody reads. */
+/** More explanations would not be read. */
 const MOST_EXPLANATIONS = 3;
-/** So many times its noise an output may be off: so far do few of a thousand values lie from each other. */
+/** The allowed deviation of an output, in multiples of its noise: few of a thousand values differ by more. */
 const NOISY = 6;
 /** A range that ends beyond this has no end. */
 const OPEN = 1e300;
-/** What counts as equal is told if it is more than this part of what an output moves by. */
+/** The tolerance is reported if it exceeds this fraction of the movement of an output. */
 const COARSE = 0.01;
 
 /** @type {Record<Exclude<Why, object>, string>} */
@@ -74,7 +74,7 @@ function ofChange(change, variables) {
 }
 
 /**
- * What was changed, as a part of a sentence.
+ * The changes, as a part of a sentence.
  *
  * @param {Suspect} suspect
  * @param {Block} block
@@ -120,7 +120,7 @@ export function fitting({ conclusion, settings, suspects }) {
   if (!isFound || !found) return [];
   const { changes, since, values } = found;
   if (!since || !("setting" in since.change)) return [...settings, ...changes];
-  // What counts is the end of the recording; what the loop has already is no change.
+  // The end of the recording counts; a value that the loop already has is not a change.
   const { setting } = since.change;
   const own = changes.flatMap((change) => ("setting" in change ? change.setting : []));
   const before = own.find(({ name }) => name === setting.name)?.before ?? setting.before;
@@ -193,7 +193,7 @@ function withRecorded(moving, { variables }) {
 }
 
 /**
- * The conclusion: the sentence that one looks for, and what else is to be said.
+ * The conclusion: the main sentence, and further details.
  *
  * @param {Replayed} replayed
  * @param {number | null} tolerance that of the user
@@ -229,7 +229,7 @@ export function verdict(replayed, tolerance, block) {
   const isRecorded = settings.length > 0;
   const recorded = isRecorded ? [`It was replayed with ${fit(settings, block)}, as recorded.`] : [];
   if (coarse) recorded.push(coarse);
-  // That file and loop have other settings is what one looks for first.
+  // A difference between the settings of file and loop is the main point.
   const own = isRecorded ? `The recording has ${fit(settings, block)}, and even with that ` : "";
   const told = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
   const [first, ...others] = told.slice(0, MOST_EXPLANATIONS);
@@ -300,7 +300,7 @@ export function verdict(replayed, tolerance, block) {
     off > 0
       ? `The recording is noisy: replay it with ${rounded(off, "LREAL", 1)} in the field “equal within”, or how far a value may be off.`
       : "If the recording is noisy, say in the field “equal within” how far a value may be off.";
-  // What leaves most of it is not near.
+  // A change that leaves most of the difference is not close.
   const all = outputs.reduce((sum, { different }) => sum + different, 0);
   const best = suspects.find(({ different }) => 2 * different <= all);
   const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;

@@ -1,5 +1,5 @@
 /**
- * The rules as a table, each with what it leads to, and the settings of the chosen one beside those of now.
+ * The rules as a table, each with its predicted effects, and the settings of the chosen one beside the present ones.
  *
  * @typedef {import("./messages").Tuned} Tuned
  * @typedef {import("tool/store.js").Work} Work
@@ -10,7 +10,7 @@ import { unitText } from "tool/signals.js";
 import { rounded, shown } from "tool/values.js";
 
 /**
- * The units of predicted figures, as they are shown.
+ * The units of predicted figures, as displayed.
  *
  * @typedef {object} Units
  * @property {string} deviation of a difference of two process values
@@ -30,7 +30,7 @@ const METRICS = /** @type {[string, string][]} */ ([
   ["gain margin", "gain_margin"],
   ["phase margin", "phase_margin"],
 ]);
-/** What a narrow table leaves out, and what a very narrow one does: the list of the chosen rule has it. @type {Record<string, string>} */
+/** Columns omitted in a narrow and in a very narrow table: the list of the chosen rule has them. @type {Record<string, string>} */
 const DETAILS = {
   ...{ travel: "detail", recovers: "detail", "gain margin": "detail", "phase margin": "detail" },
   "load: deviation": "detail is-last",
@@ -47,7 +47,7 @@ const DETAILS = {
  * @param {(rule: import("./messages").Rule) => void} choose
  */
 export function rulesTable(loop, rows, present, chosen, units, choose) {
-  // What no rule sets of this structure, such as TD of PI, takes no room.
+  // Settings that no rule of this structure computes, such as TD for PI, get no column.
   const isSet = (/** @type {string} */ name) => rows.some(({ tuned }) => typeof tuned?.values[name] === "number");
   const settings = loop.description.roles.controller.slice(0, 3).filter(isSet);
   const names = settings.map((name) => name.slice(name.lastIndexOf(".") + 1));
@@ -151,7 +151,7 @@ export function applyRow(rule, answer, next) {
 }
 
 /**
- * What a rule sets, with the margins of the loop then.
+ * The settings of a rule, with the resulting margins of the loop.
  *
  * @param {Work} loop
  * @param {Tuned} answer

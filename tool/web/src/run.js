@@ -17,7 +17,7 @@ import { download } from "tool/takeaway.js";
 import { testMaker } from "tool/test_case.js";
 import { number, read, rounded, shown } from "tool/values.js";
 
-/** How long calls are made without a pause, in milliseconds: then the page answers what the user does. */
+/** The duration of calls without a pause, in milliseconds, between which the page responds to the user. */
 const CHUNK = 20;
 /** A picture of the screen, in milliseconds: of calls that are nearer, several are made at once. */
 const FRAME = 16;
@@ -27,7 +27,7 @@ const MOST_BEHIND = 120_000;
 /** A lag that is worth a word, in milliseconds. */
 const WORTH_TELLING = 1000;
 const MOST_EVENTS = 500;
-/** What the log says of how a value was set. @type {Record<string, string>} */
+/** The log's words for how a value was set. @type {Record<string, string>} */
 const TOLD = { force: ", forced", write: ", written once" };
 
 /** @typedef {1 | 10 | typeof Infinity} Speed */
@@ -41,7 +41,7 @@ let running;
 let clock = { wall: 0, calls: 0 };
 /** How many calls are made at once. */
 let chunk = 1;
-/** How far behind the clock the run is, in milliseconds. */
+/** The lag of the run behind the clock, in milliseconds. */
 let behind = 0;
 
 /** After how many calls the run pauses by itself. @type {number | undefined} */
@@ -206,7 +206,10 @@ async function runOrPause() {
   }
 }
 
-/** Applies what is typed: a run with other values than those that one sees misleads. What cannot be applied is said, and nothing runs. */
+/**
+ * Applies typed values: a run with values other than the visible ones would mislead. If a value cannot be applied,
+ * this is reported and nothing runs.
+ */
 async function isApplied() {
   if (store.edited().length === 0 || (await store.send())) return true;
   const wrong = store.edited().filter((name) => store.loop?.settings[name].wrong !== undefined);
@@ -215,7 +218,7 @@ async function isApplied() {
   return false;
 }
 
-/** Makes calls until it is told otherwise. */
+/** Makes calls until stopped. */
 async function run() {
   if (!store.loop) return;
   const seconds = checkDuration();
@@ -347,7 +350,7 @@ function offerAgain(next) {
   showAgain();
 }
 
-/** What is typed is part of "these values", too. */
+/** Typed values are part of "these values", too. */
 function showAgain() {
   const { loop } = store;
   const isSetting = (/** @type {string} */ name) => loop?.settings[name]?.variable.is_stimulus === false;
@@ -392,7 +395,7 @@ function setSpeed(next) {
   try {
     sessionStorage.setItem(SPEED, String(next));
   } catch {
-    // There is no storage: it lasts as long as the page.
+    // No storage: it lasts as long as the page.
   }
   duration.placeholder = next === Infinity ? "auto" : "–";
   for (const [factor, button] of speeds) attribute(button, "aria-pressed", String(factor === next));
@@ -423,7 +426,7 @@ function showStatus() {
   attribute(status, "title", shown);
 }
 
-/** Finds the outputs that say that a plant has stopped. */
+/** Finds the outputs that report a stopped plant. */
 async function findFaults() {
   const loop = store.loop;
   faultNames = [];
@@ -502,7 +505,7 @@ function followSettings(names) {
   scheduleDone();
 }
 
-/** The run has made calls: what its events set acts now. */
+/** The run has made calls: its events now take effect. */
 function followRun() {
   const state = store.isLive() ? store.state : undefined;
   if (!state || state.calls === followed) return;
@@ -680,7 +683,7 @@ function scheduleDone() {
   }, 150);
 }
 
-/** What was done in the run, as a list that can be repeated and saved. */
+/** The events of the run, as a list that can be repeated and saved. */
 async function showDone() {
   const loop = store.loop;
   if (!loop || !store.isLive()) {

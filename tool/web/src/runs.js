@@ -73,7 +73,7 @@ function present() {
 }
 
 /**
- * A run has begun: the one before is kept with what was done in it.
+ * A run has begun: the previous one is kept with its events.
  *
  * @param {import("./messages").Setup} setup
  */
@@ -95,7 +95,7 @@ function begin(setup) {
 }
 
 /**
- * Gets what is known of a run that has ended.
+ * Fetches the data of a run that has ended.
  *
  * @param {Work} loop
  * @param {Kept} kept
@@ -108,12 +108,12 @@ async function complete(loop, kept) {
     if (calls > 0) ({ figures: kept.figures, step: kept.step } = await figuresOf(loop, kept.run));
     show();
   } catch {
-    // The engine does not have it any more: what the list knows stays.
+    // The engine no longer has it: the list keeps its data.
   }
 }
 
 /**
- * Whether a variable of the controller is what the loop is tested with. All else is a setting.
+ * Whether a variable of the controller is a stimulus. All others are settings.
  *
  * @param {Work} loop
  * @param {string} name
@@ -156,7 +156,7 @@ function valuesIn(loop, { setup, events, calls }) {
     const [member, name] = split(variable);
     const values = all.get(name);
     if (call >= calls || member !== loop.member || !values) continue;
-    // What was set before the first call was in force in all of them.
+    // Values set before the first call were in force in all of them.
     if (call === 0) values.length = 0;
     values.push(value);
   }
@@ -179,7 +179,7 @@ function settingsOf(loop, kept) {
   );
 }
 
-/** What is known of the present run is what was done in it so far. */
+/** The data of the present run are its events so far. */
 async function follow() {
   const [loop, now] = [store.loop, present()];
   if (!loop || !now) return;

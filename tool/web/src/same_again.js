@@ -1,5 +1,5 @@
 /**
- * A run made again after the program was changed, with what was set in it, and what differs then, call by call.
+ * A run repeated after the program was changed, with the same events, and the differences, call by call.
  *
  * @typedef {import("tool/store.js").Work} Work
  *
@@ -17,7 +17,7 @@ import { runsOf } from "tool/runs.js";
 import { descriptions } from "tool/signals.js";
 import { split, store } from "tool/store.js";
 
-/** At most this many values of a request. */
+/** The maximum number of values in a request. */
 const MOST_VALUES = 200_000;
 
 /** @type {Compared | undefined} */
@@ -27,7 +27,7 @@ store.on("loop", () => {
   result = undefined;
 });
 
-/** What the present run was compared with, if it was. */
+/** The run with which the present one was compared, if any. */
 export function compared() {
   return store.isLive() && result?.run === store.state?.run ? result : undefined;
 }
@@ -37,7 +37,7 @@ export function hasRun(loop) {
   return (runsOf(loop).at(-1)?.calls ?? 0) > 0;
 }
 
-/** Makes the last run of the shown loop again, with the program and the plant as they are now. */
+/** Repeats the last run of the shown loop with the present program and plant. */
 export async function sameAgain() {
   const loop = store.loop;
   const last = runsOf(loop).at(-1);
@@ -56,7 +56,7 @@ export async function sameAgain() {
   ];
   const known = new Set(loop.description.variables.map(({ name }) => `${loop.member}.${name}`));
   const isKnown = (/** @type {string} */ name) => split(name)[0] !== loop.member || known.has(name);
-  // What the changed program does not have any more is not set, and not connected.
+  // Variables that the changed program lacks are neither set nor connected.
   const connections = setup.connections.filter((wire) => wire.every(isKnown));
   const done = events.filter(({ variable }) => isKnown(variable));
   await remake(loop, { setup: { ...setup, members, connections }, events: done, calls });

@@ -23,13 +23,13 @@ export function isTried(one) {
   return one.variable.is_stimulus && isChanged(one);
 }
 
-/** Whether the value in force is another one than in the file. @param {Setting} one */
+/** Whether the value in force differs from the file. @param {Setting} one */
 function isChanged(one) {
   return !same(one.variable.kind, one.sent, one.file ?? one.start);
 }
 
 /**
- * Whether the saved file has a loop in manual mode, and its run or its other settings are to be kept: in the PLC it controls nothing then.
+ * Whether the saved file has a loop in manual mode with the stimuli of its run: in the PLC it would then not control.
  *
  * @param {Work} loop
  * @param {boolean} withTried

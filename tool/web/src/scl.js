@@ -1,10 +1,10 @@
-/** SCL as one reads it: its words, comments and literals in looks of their own. */
+/** SCL for display: its words, comments and literals are highlighted. */
 
 import { element } from "tool/dom.js";
 
 const WORDS =
   /^(AND|ARRAY|AT|BEGIN|BY|CASE|CONSTANT|CONTINUE|DATA_BLOCK|DIV|DO|ELSE|ELSIF|END_[A-Z_]+|EXIT|FALSE|FOR|FUNCTION|FUNCTION_BLOCK|GOTO|IF|MOD|NOT|OF|OR|ORGANIZATION_BLOCK|REGION|REPEAT|RETAIN|RETURN|STRUCT|THEN|TITLE|TO|TRUE|TYPE|UNTIL|VAR|VAR_[A-Z_]+|VERSION|WHILE|XOR)$/i;
-/** The look of what is no word of the language: a variable, a block. */
+/** The style of names: variables and blocks. */
 export const NAME = "is-name";
 /** A comment to the end of the line, one that begins, a text, a literal, a word, anything else. */
 const PARTS =
@@ -50,7 +50,7 @@ export function lookOf(lines) {
  * @returns {[string, string][][]}
  */
 function partsOf(lines) {
-  /** What ends the comment that is open. @type {string | undefined} */
+  /** The end of the open comment. @type {string | undefined} */
   let end;
   return lines.map((line) => {
     /** @type {[string, string][]} */

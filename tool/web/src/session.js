@@ -19,10 +19,10 @@ const MOST_EVENTS = 5000;
 /** So soon a change is kept, and so often the session is kept beyond the tab, in milliseconds. */
 const [SOON, OFTEN] = [300, 3000];
 let keptLast = 0;
-/** Whether another session takes the place of this one: what it has is not overwritten. */
+/** Whether another session replaces this one: its data are not overwritten. */
 let isLeaving = false;
 
-/** What the present run began with. @type {import("./messages").Setup | undefined} */
+/** The setup of the present run. @type {import("./messages").Setup | undefined} */
 let setup;
 /** @type {import("./messages").Event[]} */
 let events = [];
@@ -30,11 +30,11 @@ let events = [];
 /** Whether a value was set since the events were read. */
 let isSet = false;
 
-/** Keeps what is under work from now on. */
+/** Keeps the present work from now on. */
 export function keep() {
   let [timer, due] = [0, 0];
   const within = (/** @type {number} */ pause) => {
-    // While it runs there is always something new: what waits is not put off by it.
+    // During a run there is always something new: it does not postpone a pending save.
     if (timer !== 0 && due <= Date.now() + pause) return;
     clearTimeout(timer);
     due = Date.now() + pause;
@@ -114,7 +114,7 @@ function save() {
       }
       return;
     } catch {
-      // It is full, or not there at all.
+      // The storage is full or missing.
     }
   }
 }
@@ -126,7 +126,7 @@ export function goOn(session) {
   location.reload();
 }
 
-/** Takes up what was under work before the reload. */
+/** Restores the work from before the reload. */
 export async function resume() {
   let kept;
   try {
@@ -142,7 +142,7 @@ export async function resume() {
   for (const one of kept.loops) await resumeLoop(one).catch(store.say);
   const shown = store.loops[kept.shown];
   if (shown) store.show(shown);
-  // What is not made again is not in the list of runs either.
+  // A run that is not repeated is not in the list of runs either.
   for (const [at, loop] of store.loops.entries()) if (at !== kept.run?.of) delete loop.notes.runs;
   if (kept.run && store.loops[kept.run.of]) await resumeRun(kept.run).catch(store.say);
 }

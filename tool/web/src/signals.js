@@ -88,7 +88,7 @@ export function manualSwitch({ description: { roles } }) {
 }
 
 /**
- * The signals of a loop by what they are.
+ * The signals of a loop by role.
  *
  * @param {Work} loop
  * @returns {Roles}
@@ -144,7 +144,7 @@ export function pulsePeriod(loop) {
   const kind = loop.description.variables.find((one) => one.name === output)?.kind;
   if (!period || kind !== "LREAL") return undefined;
   const cycle = loop.settings[loop.description.cycle ?? ""]?.sent;
-  // The period is a time, or so many calls.
+  // The period is a time, or a number of calls.
   return isTime(period.variable.kind) ? Number(period.sent) : Number(period.sent) * Number(cycle ?? 1);
 }
 
@@ -179,7 +179,7 @@ export function isSwitch(one) {
 }
 
 /**
- * A unit as it is written behind a number; a plain number has none. FMI allows no degree sign.
+ * A unit as written after a number; empty for a plain number. FMI allows no degree sign.
  *
  * @param {string | null | undefined} unit
  */
@@ -188,7 +188,7 @@ export function unitText(unit) {
 }
 
 /**
- * The unit of a difference of two values, as it is shown: of temperatures it is K, as in the figures of a run.
+ * The unit of a difference of two values, as displayed: for temperatures K, as in the figures of a run.
  *
  * @param {string | null | undefined} unit
  */

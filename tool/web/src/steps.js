@@ -1,5 +1,5 @@
 /**
- * The steps of a program: the variables over which a CASE goes, and what the source calls their values.
+ * The steps of a program: the variables selected by a CASE, and the source's names of their values.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").CodeBlock} Block

@@ -29,7 +29,7 @@ const NOTHING = 1e-6;
 export async function userStep(loop, typed, model) {
   const { setpoint } = loop.description.roles;
   const aim = setpoint ? loop.settings[setpoint] : undefined;
-  // A setpoint that nobody has set is no goal: 0 degC in a furnace.
+  // A setpoint that was never set is not a target: 0 degC in a furnace.
   const goal = aim && source(aim) !== "start" ? number(aim.sent) : Number.NaN;
   const to = typed.to === "" ? goal : Number(typed.to);
   // The step to where the setpoint is has been made, or is about to be; another one begins where the loop is now.
@@ -99,7 +99,7 @@ async function restBefore(loop, goal, isNext) {
   let at = steps.length - 1;
   while (at > 0 && steps[at].call - steps[at - 1].call <= 1) at -= 1;
   const first = steps[at];
-  // What was just set is still to come.
+  // A value that was just set takes effect later.
   if (first && first.call >= state.calls) return now;
   if (!first || first.call === 0) return rests;
   const rest = first.time - state.step;

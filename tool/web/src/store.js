@@ -1,5 +1,5 @@
 /**
- * The state of the page, and all that changes it. Panels show what is here, call its functions, and listen to what changes.
+ * The state of the page, and all functions that change it. Panels show it, call its functions, and listen to changes.
  *
  * # For the panels
  *
@@ -157,13 +157,13 @@ export const store = {
   },
 
   /**
-   * Tells the user something.
+   * Shows a message to the user.
    *
    * @param {string | Error | unknown} what
    */
   say(what) {
     if (what instanceof ServerLost) {
-      // One banner says it, however many requests are lost.
+      // One banner reports it, however many requests are lost.
       if (store.isLost) return;
       store.isLost = true;
       store.emit("home");
@@ -280,7 +280,7 @@ export const store = {
     if (!loop) return;
     /** @type {Change} */
     const change = [];
-    // What is typed after the value was applied is another edit.
+    // Typing after the value was applied is another edit.
     let isMore = isTyped;
     for (const [name, after] of Object.entries(values)) {
       const setting = loop.settings[name];
@@ -356,7 +356,7 @@ export const store = {
       loop.checked?.remarks.filter((remark) => remark.is_error).flatMap((remark) => remark.variables) ?? [];
     const good = wanted.filter((name) => loop.settings[name].wrong === undefined && !errors.includes(name));
     const isAll = good.length === wanted.length;
-    // What is in force is not set again: it would be marked in the curves as a change.
+    // Values in force are not set again: the curves would mark them as a change.
     const sending = good.filter((name) => isEdited(loop.settings[name]));
     if (sending.length === 0) return isAll;
     const values = Object.fromEntries(sending.map((name) => [name, loop.settings[name].value]));
@@ -415,7 +415,7 @@ export const store = {
   },
 
   /**
-   * Asks the engine what the block does with the values in the fields.
+   * Asks the engine for the effects of the values in the fields.
    *
    * @param {Work} [of] the loop; the shown one without it
    * @returns {Promise<void>}
@@ -465,7 +465,7 @@ export const store = {
   },
 
   /**
-   * Sends what was set while the run had ended: it goes on with another plant.
+   * Sends values set after the run ended: it continues with another plant.
    *
    * @param {Work} loop
    */
@@ -503,7 +503,7 @@ export const store = {
     if (!loop) throw new EngineError("Open or make a loop first.");
     const setup = store.setup();
     let state = await ask({ do: "start", ...setup });
-    // What is forced is so until it is released; what the loop does not have any more is not.
+    // Variables stay forced until released, except those that the loop no longer has.
     const held = Object.fromEntries(Object.entries(loop.notes.forced ?? {}).filter(([name]) => name in state.values));
     if (Object.keys(held).length > 0) state = await ask({ do: "force", act: "force", values: held });
     store.live = loop;
@@ -525,7 +525,7 @@ export const store = {
     const state = await ask(what === "same_bits" ? { do: what, run: run ?? null } : { do: what, run, values: {} });
     loop?.runs.push(state.run);
     await store.take(Promise.resolve(state));
-    // What was sent after the last call is in force, and in no state yet.
+    // Values sent after the last call are in force, but in no state yet.
     const { setup, events } = await ask({ do: "events" });
     for (const { call, variable: name, value, act = "set" } of events) {
       const [member, own] = split(name);
@@ -539,7 +539,7 @@ export const store = {
       Object.assign(loop, { members: members.slice(1), connections, step, exchange });
     }
     store.emit("settings", Object.keys(loop?.settings ?? {}));
-    // The record has settings of its own: Undo takes them back.
+    // The record has its own settings: Undo takes them back.
     const change = before.map(({ name, one, before }) => ({ name, before, after: one.value }));
     const moved = change.filter(
       ({ name, before, after }) => !same(loop?.settings[name].variable.kind ?? "", before, after),
@@ -595,7 +595,7 @@ export const store = {
     if (!loop) return undefined;
     const full = named(loop, values);
     await prepareTakeover(loop, values);
-    // A run that has ended takes nothing more: what is set then holds from the next one on.
+    // A run that has ended accepts no values: they take effect in the next one.
     const isGoing = store.isLive() && !store.state?.failure;
     const state = isGoing ? await store.take(ask({ do: "send", values: full })) : undefined;
     /** @type {Values} */
@@ -771,7 +771,7 @@ function named(loop, values) {
 }
 
 /**
- * Member and variable. A variable may have a point in its name, a member has none.
+ * Member and variable. A variable's name may contain a point, a member's does not.
  *
  * @param {string} name
  * @returns {[string, string]}
@@ -810,7 +810,7 @@ function follow(loop, state, before) {
   const moved = [];
   for (const [name, setting] of Object.entries(loop?.settings ?? {})) {
     const now = loop && state.values[variable(loop, name)];
-    // What is forced is not what was set.
+    // A forced value is not the one that was set.
     const isForced = loop && variable(loop, name) in state.forced;
     if (!loop || now === undefined || isForced || isEdited(setting) || wiredTo(loop, name)) continue;
     const { kind } = setting.variable;

@@ -1,5 +1,5 @@
 /**
- * What is taken away: the block's FMU with these start values, parameter files, the run as a description, CSV, picture, report.
+ * Exports: the block's FMU with these start values, parameter files, the run as a description, CSV, picture, report.
  *
  * @typedef {import("./messages").Export} Export
  */
@@ -73,7 +73,7 @@ export function save(name, content) {
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** What shows the content of the files: of the shown loop, and of those that are saved with it. @type {(() => void) | undefined} */
+/** Shows the content of the files: of the shown loop, and of those saved with it. @type {(() => void) | undefined} */
 let showContent;
 
 function show() {
@@ -91,7 +91,7 @@ function show() {
     element("option", { value: "one" }, loop.name),
     store.loops.length > 1 && element("option", { value: "all" }, `all ${store.loops.length} loops under work`),
   );
-  // What the loop was tried with is no setting of the PLC, unless the user says so.
+  // Stimuli are not settings of the PLC, unless the user includes them.
   const stimuli = element("input", { type: "checkbox" });
   const names = element("span");
   const tried = element("label", stimuli, names);

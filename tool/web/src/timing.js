@@ -42,9 +42,9 @@ import { chooser, shownSignals, valueText } from "tool/timing_signals.js";
 const [LANE, PANEL, NARROWEST] = [22, 84, 100];
 /** Where a lane is high and low, and how much of its height a panel leaves at each end. */
 const [HIGH, LOW, MARGIN] = [4, 17, 8];
-/** Changes that are nearer than this cannot be told apart, in pixels. */
+/** Changes closer than this cannot be distinguished, in pixels. */
 const NEAR = 3;
-/** The width of a letter, about, and what a text leaves at its sides. */
+/** The approximate width of a letter, and the margin of a text. */
 const [LETTER, ROOM] = [6.4, 6];
 /** How far the pointer moves before it is a drag. */
 const DRAG = 4;
@@ -71,14 +71,14 @@ let views = [];
 let choosing;
 /** @type {HTMLButtonElement} */
 let again;
-/** What differs from the run that was made again. @type {HTMLElement} */
+/** The differences from the repeated run. @type {HTMLElement} */
 let verdict;
 
 /** @type {Row[]} */
 let rows = [];
-/** What the rows were made of. */
+/** The data from which the rows were made. */
 let made = "";
-/** What is known of the run. @type {Map<string, Track>} */
+/** The known history of the run. @type {Map<string, Track>} */
 let known = new Map();
 /** The same of the run with which it is compared. @type {Map<string, Track>} */
 let before = new Map();
@@ -230,7 +230,7 @@ function refresh() {
   if (isShown()) soon();
 }
 
-/** The width of the pictures: what the names leave, as the style has them. */
+/** The width of the pictures: the space that the names leave, as styled. */
 function width() {
   const names = Number.parseFloat(getComputedStyle(diagram).getPropertyValue("--names"));
   return Math.max(list.clientWidth - names, NARROWEST);
@@ -240,7 +240,7 @@ function lastCall() {
   return Math.max((store.isLive() ? (store.state?.calls ?? 0) : 0) - 1, 0);
 }
 
-/** Gets what is shown of the run from the engine. */
+/** Fetches the visible part of the run from the engine. */
 async function fetchSignals() {
   const state = store.isLive() ? store.state : undefined;
   const all = rows.flatMap(({ signals }) => signals);
@@ -260,7 +260,7 @@ async function fetchSignals() {
       : await tracks(differing, { ...state, run: other, calls, time: timeOf(calls - 1), after: state.after && {} });
   const variables = of(true);
   const [from, to] = range();
-  // The line goes on to what lies just outside.
+  // The line continues to the point just outside.
   const part = { from: Math.max(from - state.step, 0), to: to + state.step };
   curves = undefined;
   if (variables.length > 0) curves = await ask({ do: "view", variables, ...part, points: 2 * Math.round(width()) });

@@ -24,7 +24,7 @@ import { steps } from "tool/steps.js";
 import { store } from "tool/store.js";
 import { number, plcText, shown } from "tool/values.js";
 
-/** So many are shown before the user has chosen, and so many are listed at once. */
+/** The numbers of signals shown by default, and listed at once. */
 const [MOST_FIRST, MOST_LISTED] = [24, 200];
 /** The colours before these are those of setpoint, process value and manipulated value. */
 const FIRST_COLOUR = 3;
@@ -43,7 +43,7 @@ function stepsOf(fmu) {
 }
 
 /**
- * What the values of a variable are called, if they are steps.
+ * The names of a variable's values, if they are steps.
  *
  * @param {Work} loop
  * @param {Signal} of
@@ -55,7 +55,7 @@ function namesOf(loop, { member, variable }) {
 }
 
 /**
- * What is shown of a loop: what the user has chosen, else inputs, outputs and steps of the program.
+ * The signals shown of a loop: those that the user chose, else inputs, outputs and steps of the program.
  *
  * @param {Work} loop
  * @returns {Promise<Shown[]>}
@@ -129,7 +129,7 @@ export function chooser(changed) {
     const fitting = all.filter(({ name, variable }) =>
       [name, variable.description].some((of) => of.toUpperCase().includes(wanted)),
     );
-    // What is shown comes first.
+    // Shown signals come first.
     const sorted = [...fitting.filter(({ name }) => now.has(name)), ...fitting.filter(({ name }) => !now.has(name))];
     const choice = (/** @type {Signal} */ { name, variable }) => {
       const box = element("input", { type: "checkbox", checked: now.has(name) });

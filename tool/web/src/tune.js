@@ -1,5 +1,5 @@
 /**
- * Tuning: the plant's model from a step, settings by a rule, what they lead to, and only then into the fields.
+ * Tuning: the plant's model from a step, settings by a rule, their predicted effects, and only then into the fields.
  *
  * @typedef {import("./messages").Identified} Identified
  * @typedef {import("./messages").Method} Method
@@ -35,7 +35,7 @@ const STRUCTURES = /** @type {[Structure, string][]} */ ([
   ["pid", "PID"],
 ]);
 
-/** So much of what was before a step is shown, as a part of its length. */
+/** The time shown before a step, as a fraction of its length. */
 const BEFORE_STEP = 0.1;
 
 /**
@@ -205,7 +205,7 @@ function testButtons() {
     kept.step = size.value;
     fill(identifiedPlace, element("p", { role: "status" }, what));
     store.emit("pause");
-    // What is being done is to be seen: the engine answers when it is done.
+    // The action is displayed before the engine blocks.
     await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
     try {
       if (!store.isLive()) await store.begin();
@@ -214,7 +214,7 @@ function testButtons() {
       if (store.isLive()) await store.take(ask({ do: "state" }));
       refuse(error instanceof Error ? error.message : String(error));
     }
-    // What was set in the run is kept over a reload, and what the block does with it is said.
+    // Values set in the run are kept over a reload, and their effects are reported.
     store.emit("settings", []);
     store.check();
   };
@@ -248,7 +248,7 @@ function testButtons() {
 }
 
 /**
- * A relay tells the ultimate gain and period. If no step has told the plant, they stand for it.
+ * A relay finds the ultimate gain and period. Without a step test, they represent the plant.
  *
  * @param {import("./messages").RelayTested} tested
  */
@@ -276,7 +276,7 @@ function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
   tune();
 }
 
-/** From what the model was identified last: a CSV, or the run. @type {boolean | undefined} */
+/** The source of the last identified model: a CSV, or the run. @type {boolean | undefined} */
 let isFromCsv;
 
 /** The part of a loop's run that its last step test was: what follows gives the loop back. @type {WeakMap<object, { from: number, to: number }>} */
@@ -288,7 +288,7 @@ function identifyRun() {
   identify(false);
 }
 
-/** Another method, or another kind of plant: the same data give another model. */
+/** Another method, or another kind of plant: the same data yield another model. */
 function identifyAgain() {
   if (isFromCsv !== undefined) identify(isFromCsv, store.loop && tests.get(store.loop));
 }
@@ -366,7 +366,7 @@ async function identify(fromCsv, part = {}) {
   }
 }
 
-/** What was identified before is not the model of this recording. @param {string} why */
+/** The previous model does not belong to this recording. @param {string} why */
 function refuse(why) {
   endChart();
   text(fit, "");
@@ -416,7 +416,7 @@ function writeModel(of) {
   showUnits();
   for (const [name, input] of modelFields) {
     const value = /** @type {Record<string, any>} */ (of)[name] ?? 0;
-    // Four digits are more than a step tells; all are used.
+    // Four digits are more than a step determines; all are used.
     kept.model[name] = String(value);
     input.value = rounded(value, "LREAL", 4);
     input.dataset.full = String(value);
@@ -425,7 +425,7 @@ function writeModel(of) {
   }
 }
 
-/** The loop's units, as soon as they are known. */
+/** The loop's units, once known. */
 let unitsOf = { processValue: "", manipulatedValue: "" };
 
 async function findUnits() {
@@ -512,7 +512,7 @@ function modelRow() {
 }
 
 /**
- * The model of the fields, or what is wrong with them.
+ * The model of the fields, or their problem.
  *
  * @returns {Model | string | undefined}
  */
@@ -640,7 +640,7 @@ async function tune() {
       ...{ pace: kept.pace, step, band, ultimate: kept.ultimate, exchange: loop.exchange },
     };
     const rows = await ask({ do: "rules", ...request });
-    // Without a P action, say, there is no such row.
+    // Without a P action, for example, there is no such row.
     const own = { ...request.controller, values: valuesOf(loop, "sent") };
     const present = await ask({ do: "in_force", ...request, controller: own }).catch(() => undefined);
     if (mine !== asked || store.loop !== loop) return;
@@ -737,7 +737,7 @@ function stale(loop, { plant }) {
     : ["The plant was changed after this model was identified: identify it again."];
 }
 
-/** Shows what one does next with the settings of the rule. */
+/** Shows the next action for the settings of the rule. */
 let showNext = () => {};
 
 /**
@@ -796,7 +796,7 @@ async function runStep(setpoint, from, to) {
   }
 }
 
-/** Shows the part of the run in which the step is to come, for as long as it is predicted. */
+/** Shows the part of the run in which the step will be, for as long as it is predicted. */
 function showStep() {
   const { times = [] } = store.prediction?.curves ?? {};
   const [start, length] = [store.state?.time ?? 0, (times.at(-1) ?? 0) - (times[0] ?? 0)];

@@ -21,7 +21,7 @@
 import { element, fill } from "tool/dom.js";
 import { store } from "tool/store.js";
 
-/** So many places are listed of each kind. */
+/** The maximum number of places listed of each kind. */
 const MOST_LISTED = 12;
 
 /** @param {string} text */

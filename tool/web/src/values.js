@@ -68,7 +68,7 @@ export function shown(value, kind) {
 }
 
 /**
- * A value that has room for this many characters only: rounded for the eye, never for copying.
+ * A value with space for this many characters only: rounded for display, never for copying.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind
@@ -138,7 +138,7 @@ export function plcTime(seconds) {
 }
 
 /**
- * What a user has typed: a value, or a sentence that says what is wrong.
+ * The user's text: a value, or a sentence that states the problem.
  *
  * @param {string} text
  * @param {{ name: string, kind: string }} variable

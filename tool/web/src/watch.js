@@ -17,7 +17,7 @@ import { called, isSwitch, signals, unitText } from "tool/signals.js";
 import { isSettable, split, store } from "tool/store.js";
 import { plcText, read, shown } from "tool/values.js";
 
-/** So many names are offered at once. */
+/** The maximum number of names offered at once. */
 const MOST_OFFERED = 300;
 
 /** @type {HTMLElement} */
@@ -131,7 +131,7 @@ function row(loop, { name, member, variable }) {
   const set = () => {
     const values = given();
     if (!values) return;
-    // What a user may set is set where it has a field.
+    // A variable that a user may set is set in its field.
     const isInput = isSettable(variable) && variable.is_tunable && !wire && !isForced(name);
     const own = member === loop.member ? { [split(name)[1]]: values[name] } : values;
     (isInput ? store.now(own) : write(values)).catch(store.say);

@@ -42,7 +42,7 @@ import { plcText } from "tool/values.js";
 
 /** Of later calls it is not known which statements ran. */
 const MOST_CALLS = 20_000;
-/** So many statements are listed that ran, and so many that did not. */
+/** The maximum number of executed statements listed, and of others. */
 const MOST_LISTED = 6;
 
 /** @type {HTMLElement} */
@@ -117,7 +117,7 @@ async function answer(name, of) {
 }
 
 /**
- * What can be said of a variable in a call.
+ * The known facts about a variable in a call.
  *
  * @param {Work} loop
  * @param {string} name
@@ -338,7 +338,7 @@ function apart(all, decision) {
   ];
 }
 
-/** What a condition is: of a CASE it is a value with a label, and no truth. @param {import("./messages").Guard} guard */
+/** The word for a condition: for a CASE it is a value with a label, not a truth value. @param {import("./messages").Guard} guard */
 function wordOf({ of, is_negated: isNegated }) {
   if (of === "case") return isNegated ? "in the ELSE of the CASE of " : "in the CASE of ";
   if (of === "if") return isNegated ? "if not " : "if ";
@@ -349,7 +349,7 @@ function wordOf({ of, is_negated: isNegated }) {
 const PARTS = ["decided", "shared", "idle", undefined];
 
 /**
- * What is read, each variable once, with its part in the decision.
+ * The variables read, each once, with their part in the decision.
  *
  * @param {Work} loop
  * @param {string} member

@@ -73,7 +73,7 @@ export async function unzippedAll(archive, isWanted, limit) {
 }
 
 /**
- * An archive with other files in place of some, and without others. What stays is copied as it is packed.
+ * An archive with some files replaced, and others removed. Unchanged files are copied in packed form.
  *
  * @param {Blob} archive
  * @param {Map<string, Uint8Array<ArrayBuffer>>} changed the files that are new or differ
@@ -95,7 +95,7 @@ export async function rezipped(archive, changed, isLeftOut) {
    */
   const add = (path, packed, { method, sum, size, attributes }) => {
     const name = new TextEncoder().encode(path);
-    // What the header of a file and its entry in the directory share, from the version that unpacks it on.
+    // The fields shared by the header of a file and its entry in the directory, from the required version on.
     const shared = new DataView(new ArrayBuffer(26));
     shared.setUint16(0, 20, true);
     shared.setUint16(2, UTF8, true);
@@ -171,7 +171,7 @@ function checksum(of) {
 }
 
 /**
- * A file as it is packed.
+ * A file in packed form.
  *
  * @param {Blob} archive
  * @param {DataView} directory
