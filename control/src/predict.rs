@@ -333,7 +333,7 @@ pub struct Forecast {
     pub figures: Vec<(&'static str, f64)>,
 }
 
-/// Predicts a step for as long as it was measured, in seconds: its figures are of the same time.
+/// Predicts a step over the time for which it was measured, in seconds, so that the figures are comparable.
 ///
 /// # Errors
 /// As [`predict`].

@@ -21,7 +21,7 @@ use crate::session::Session;
 use blocks::table::number;
 use blocks::{Kind, Real, Role, Table, Value};
 
-/// This many steps are known to be ordinary after one look.
+/// The number of steps known to be ordinary after one check.
 const ORDINARY_STEPS: i64 = 1000;
 
 /// A number as a host gives it to a REAL.

@@ -503,7 +503,7 @@ words! {
         Output "output",
         /// The FMU, for internal use.
         Local "local",
-        /// Nobody: it is the time.
+        /// Not set by anyone: it is the time.
         Independent "independent",
     }
 

@@ -20,7 +20,7 @@ pub struct Options {
     /// Print results and errors only: no warnings, remarks, notes and progress
     #[arg(short, long, global = true, help_heading = HEADING)]
     quiet: bool,
-    /// Colour in what is said on a terminal; auto follows NO_COLOR and CLICOLOR
+    /// Colour of messages on a terminal; auto follows NO_COLOR and CLICOLOR
     #[arg(long, global = true, value_name = "WHEN", default_value_t, help_heading = HEADING)]
     color: clap::ColorChoice,
 }

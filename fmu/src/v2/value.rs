@@ -73,7 +73,7 @@ impl HostType<Fmi2> for c_int {
     }
 }
 
-/// A Real in which a host has variables of every type, as some read and write all of them: TRUE is 1.
+/// A Real through which a host accesses a variable of any type, as some hosts do for all variables: TRUE is 1.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnyReal(pub f64);

@@ -366,7 +366,7 @@ words! {
         Output "output",
         /// The FMU, for internal use.
         Local "local",
-        /// Nobody: it is the time.
+        /// Not set by anyone: it is the time.
         Independent "independent",
         /// The host, in Configuration Mode: array sizes depend on it.
         StructuralParameter "structuralParameter",

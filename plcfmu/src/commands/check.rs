@@ -25,7 +25,7 @@ use study::Interrupted;
 
 /// Check FMU files, whoever made them, or a program in SCL
 ///
-/// Reads the archive, the model description and the libraries, and says in one sentence each what is wrong. No foreign
+/// Reads the archive, the model description and the libraries, and reports each problem in one sentence. No foreign
 /// code runs unless --run is given.
 ///
 /// All sources of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) and its tag tables (.xml, .xlsx, .sdf) are named together, or the folder in which they are. What is wrong with it is reported with file, line and column, and
@@ -43,7 +43,7 @@ pub struct Options {
     /// Print what was found as JSON, for scripts
     #[arg(long)]
     pub json: bool,
-    /// How long an FMU may take with --run, in seconds
+    /// Time limit for an FMU with --run, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = time_limit)]
     pub time_limit: f64,
     #[allow(missing_docs)]

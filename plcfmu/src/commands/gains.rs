@@ -13,9 +13,9 @@ use std::str::FromStr;
 
 /// Convert the gains of a PID controller to GAIN, TI, TD and TM_LAG, and back
 ///
-/// Times are in seconds. An action whose numbers are left out, or whose gain is 0, is switched off. Tf is the time constant
-/// of the filter of the D action, which N can give instead. Without a filter, TM_LAG is 0, and the block computes with half
-/// its CYCLE.
+/// Times are in seconds. An action whose numbers are left out, or whose gain is 0, is switched off. Tf is the time
+/// constant of the filter of the D action; N can be given instead. Without a filter, TM_LAG is 0, and the block
+/// computes with half its CYCLE.
 #[derive(clap::Args, Debug)]
 #[command(
     override_usage = "plcfmu gains --parallel|--ideal|--series|--simulink|--simulink-ideal|--twincat|--codesys|--from \
@@ -69,8 +69,8 @@ pub struct Options {
     to: Form,
     /// CYCLE of the block in seconds
     ///
-    /// The block raises TI to at least CYCLE / 2, TD to CYCLE and TM_LAG to CYCLE / 2; remarks say which. With --to and another
-    /// form, the numbers are then those of what the block computes, rounding included.
+    /// The block raises TI to at least CYCLE / 2, TD to CYCLE and TM_LAG to CYCLE / 2; remarks say which. With --to and
+    /// another form, the numbers are the block's effective values, rounding included.
     #[arg(long, value_name = "SECONDS")]
     cycle: Option<f64>,
     /// Print a JSON object; remarks go to standard error

@@ -25,16 +25,16 @@ pub struct Arguments {
     /// A file may contain their blocks, even if they are blocks of your own; the libraries of these are loaded, in a process of their own.
     #[arg(long, value_name = "FOLDER|FILE.fmu")]
     pub fmus: Vec<PathBuf>,
-    /// The block of the loops, where the file does not say it: its name, or FB 41 and the like
+    /// The block of the loops, if the file does not specify it: its name, or FB 41 and the like
     #[arg(long)]
     pub block: Option<String>,
     /// The loop: one of several, or the name of one to which the file gives none; may be repeated
     #[arg(long = "loop", value_name = "NAME")]
     pub names: Vec<String>,
-    /// Where the instance begins in a dump or a PLC's data block, in bytes
+    /// The offset of the instance in a dump or a PLC's data block, in bytes
     #[arg(long, value_name = "BYTES", allow_negative_numbers = true)]
     pub offset: Option<usize>,
-    /// The format of the files, if their extensions do not say it: awl, scl, db, xml, bin, json, ssv
+    /// The format of the files, if their extensions do not show it: awl, scl, db, xml, bin, json, ssv
     #[arg(long, value_parser = format)]
     pub format: Option<Format>,
     /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252

@@ -46,7 +46,7 @@ const LONGEST: u64 = 16 << 20;
 /// `run` executes the native code of FMUs: start the server where you trust the FMUs.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
-    /// How long the call of a tool may take, in seconds
+    /// Time limit for the call of a tool, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
 }

@@ -31,7 +31,7 @@ pub struct Options {
     /// Show only the differences from this file; exit code 1 if there are any
     #[arg(long, value_name = "OTHER")]
     pub diff: Option<String>,
-    /// Where the instance begins in OTHER, in bytes
+    /// The offset of the instance in OTHER, in bytes
     #[arg(long, value_name = "BYTES", requires = "diff", allow_negative_numbers = true)]
     pub diff_offset: Option<usize>,
     /// Print the loops, or the differences, as JSON, for scripts

@@ -11,7 +11,7 @@ use scl::prove::{self, MOST_CALLS, Names, Outcome, RESULT_BYTES, State, Tape};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Write a source that compares a PLC's own block with this one, call by call, and read what it found
+/// Write a source that compares a PLC's own block with this one, call by call, and read the result
 ///
 /// The source has a tape of inputs with the bits that each output must have, and a function block that makes one call in each
 /// cycle of the PLC, or of PLCSIM, and stops at the first difference. --read says what it found.

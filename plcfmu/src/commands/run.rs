@@ -50,13 +50,13 @@ pub struct Options {
     /// Draw the recording: setpoint and process value, the manipulated value, the others; --record chooses
     #[arg(short, long, value_name = "FILE.png|FILE.svg")]
     plot: Option<PathBuf>,
-    /// Write what is run as a description that `plcfmu run FILE.toml` runs again
+    /// Write the loop as a description that `plcfmu run FILE.toml` runs again
     #[arg(long, value_name = "FILE.toml")]
     save: Option<PathBuf>,
     /// Print a summary of the run with its figures as JSON, for scripts
     #[arg(long)]
     json: bool,
-    /// How long one call of an FMU may take, in seconds
+    /// Time limit for one call of an FMU, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
 }

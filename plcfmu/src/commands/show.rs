@@ -8,10 +8,10 @@ use parameters::problem::drawn;
 use scl::Dialect;
 use std::path::PathBuf;
 
-/// Print what was understood of a program, as a source in SCL
+/// Print a program as it was understood, as a source in SCL
 ///
-/// Blocks in LAD and FBD, too: an engineer reads what runs, with titles and comments of the networks. The text is a program that gives
-/// the same results, bit by bit.
+/// Blocks in LAD and FBD, too: the text shows what runs, with titles and comments of the networks. It is a program that
+/// yields the same results, bit by bit.
 #[derive(clap::Args, Clone, Debug)]
 #[group(skip)] // clap names a group after the type, and that of the programs has the same name
 pub struct Options {

@@ -49,16 +49,16 @@ pub struct Options {
     /// The folder of the FMUs; by default, that of the loop's description
     #[arg(long, value_name = "FOLDER")]
     fmus: Option<PathBuf>,
-    /// Where the results go [default: the study's name and _results]
+    /// Folder for the results [default: the study's name and _results]
     #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// The format of the table with a row for each run
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// How many worker processes there are [default: one for each core]
+    /// Number of worker processes [default: one for each core]
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// How long one run may take, in seconds
+    /// Time limit for one run, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
     /// Call the libraries of all FMUs through FMI's C interface; without it, a loop of FMUs whose blocks plcfmu has itself, built from
@@ -78,7 +78,7 @@ pub struct Options {
     /// Require every run to meet this, for example "overshoot < 10 %"; exit code 1 if one does not
     #[arg(long, value_name = "TEXT")]
     expect: Vec<String>,
-    /// Write what is expected as tests in JUnit's format
+    /// Write the expectations as tests in JUnit's format
     #[arg(long, value_name = "FILE.xml", requires = "expect")]
     junit: Option<PathBuf>,
     /// Write a bundle, a folder with the study and its FMUs for another machine, and run nothing
@@ -87,7 +87,7 @@ pub struct Options {
     /// Make only the runs from A up to, but not including, B, and write nothing but a part
     #[arg(long, value_name = "A..B", value_parser = range, requires = "part", conflicts_with_all = ["out", "resume", "curves", "expect", "junit"])]
     runs: Option<Range<u64>>,
-    /// The part to write: put it into the folder parts of the results, and --resume goes on with it
+    /// The part to write: put it into the folder parts of the results, and --resume continues with it
     #[arg(long, value_name = "FILE", requires = "runs")]
     part: Option<PathBuf>,
 }

@@ -31,7 +31,7 @@ pub struct Arguments {
     /// The folder of the FMUs that a description or a parameter file names; by default, that of the file itself
     #[arg(long, value_name = "FOLDER")]
     fmus: Option<PathBuf>,
-    /// The block of the loops of a parameter file that does not say it: its name, or FB 41 and the like
+    /// The block of the loops of a parameter file that does not specify it: its name, or FB 41 and the like
     #[arg(long, value_name = "BLOCK")]
     block: Option<String>,
     /// Connect an output to an input
@@ -74,8 +74,7 @@ pub struct Arguments {
     parallel: bool,
     /// Step FMUs with Event Mode (FMI 3.0) as those without it
     ///
-    /// By default, a call of such an FMU and the values that it answers stand at the same instant, whatever the order of the
-    /// FMUs.
+    /// By default, a call of such an FMU and its results belong to the same instant, whatever the order of the FMUs.
     #[arg(long)]
     no_events: bool,
     #[command(flatten, next_help_heading = "Programs in SCL")]

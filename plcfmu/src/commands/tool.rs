@@ -38,7 +38,7 @@ pub struct Options {
     /// project, and FMUs of blocks
     #[arg(value_name = "FILE or FOLDER")]
     files: Vec<PathBuf>,
-    /// An FMU to control, from any tool; it runs in a process of its own
+    /// An FMU to control, from any tool; it runs in a separate process
     #[arg(long, value_name = "FILE.fmu")]
     plant: Option<PathBuf>,
     /// The folder of the FMUs [default: PLCFMU_FMUS, those installed with plcfmu, or target/fmu]
@@ -50,7 +50,7 @@ pub struct Options {
     /// Print the address only
     #[arg(long)]
     no_browser: bool,
-    /// How long a call of a foreign FMU may take, in seconds
+    /// Time limit for a call of a foreign FMU, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = time_limit)]
     time_limit: f64,
 }

@@ -33,13 +33,13 @@ pub struct Options {
     /// The folder of the FMUs; by default, that of the loop's description
     #[arg(long, value_name = "FOLDER")]
     fmus: Option<PathBuf>,
-    /// Where the results go [default: the study's name and _tuned]
+    /// Folder for the results [default: the study's name and _tuned]
     #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// How many worker processes there are [default: one for each core]
+    /// Number of worker processes [default: one for each core]
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// How long one run may take, in seconds
+    /// Time limit for one run, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
     /// Call the libraries of all FMUs through FMI's C interface; without it, a loop of FMUs whose blocks plcfmu has itself, built from

@@ -44,7 +44,8 @@ pub struct Options {
     /// be repeated, each with its --cycle
     #[arg(long = "call", value_name = "NAME", conflicts_with = "fb")]
     calls: Vec<String>,
-    /// The CPU whose rules hold: 300 (and 400), 1200 or 1500; without it, what the dialect of the sources tells
+    /// The CPU whose rules hold: 300 (and 400), 1200 or 1500; by default, the one that the dialect of the sources
+    /// suggests
     #[arg(long)]
     cpu: Option<Cpu>,
     /// The function block or the instance that is run; without it, the one that no other block calls
