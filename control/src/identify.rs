@@ -64,13 +64,13 @@ pub struct IdentifyRequest {
 pub enum Data {
     /// In a run of the tool: the loop's manipulated value and process value.
     Run {
-        /// The run; the present one without it.
+        /// The run; by default the present one.
         #[serde(default)]
         run: Option<usize>,
-        /// The beginning in seconds; shortly before the last step of the manipulated value without it.
+        /// The beginning in seconds; by default shortly before the last step of the manipulated value.
         #[serde(default)]
         from: Option<f64>,
-        /// The end in seconds; the last call without it.
+        /// The end in seconds; by default the last call.
         #[serde(default)]
         to: Option<f64>,
     },
@@ -78,13 +78,13 @@ pub enum Data {
     Csv {
         /// The text.
         text: String,
-        /// The column of the time; by its name without it.
+        /// The column of the time; by default found by its name.
         #[serde(default)]
         time: Option<String>,
-        /// The column of the manipulated value; by its name without it.
+        /// The column of the manipulated value; by default found by its name.
         #[serde(default)]
         input: Option<String>,
-        /// The column of the process value; by its name without it.
+        /// The column of the process value; by default found by its name.
         #[serde(default)]
         output: Option<String>,
         /// The rows to use, in the file's seconds.

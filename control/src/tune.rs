@@ -60,8 +60,9 @@ pub struct TuneRequest {
     pub structure: Structure,
     /// The controller with its present settings: CYCLE, the normalisation and the pulse former count.
     pub controller: Member,
-    /// The time constant of the closed loop in seconds, which SIMC and lambda are given (lambda is its name there); without it the dead
-    /// time for SIMC (one and a half of it in the table of all rules), and for lambda the plant's time constant or three dead times.
+    /// The time constant of the closed loop in seconds, for the rules SIMC and lambda (where it is called lambda); by
+    /// default, the dead time for SIMC (one and a half of it in the table of all rules), and the plant's time constant
+    /// or three dead times for lambda.
     #[serde(default)]
     pub closed_loop: Option<f64>,
     /// The same as a place on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence.
@@ -74,7 +75,7 @@ pub struct TuneRequest {
     /// step of a run. Without it 2 % of the step that is predicted by default.
     #[serde(default)]
     pub band: Option<f64>,
-    /// Ultimate gain and period, for the ultimate rule; computed from the model without it.
+    /// Ultimate gain and period, for the ultimate rule; by default computed from the model.
     #[serde(default)]
     pub ultimate: Option<(f64, f64)>,
     /// When the loop exchanges its values: the prediction has the rows of such a run.
@@ -87,12 +88,12 @@ pub struct TuneRequest {
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct Step {
-    /// The setpoint before it; that of the controller without it.
+    /// The setpoint before it; by default that of the controller.
     pub from: Option<f64>,
     /// The size of the step, below 0 for down; by default, the step that moves the manipulated value by 10 % in the
     /// end, or at first if the plant integrates.
     pub size: Option<f64>,
-    /// The manual value at which the plant rests before it, in percent; 50 without it.
+    /// The manual value at which the plant rests before it, in percent; by default 50.
     pub manual: Option<f64>,
 }
 

@@ -91,7 +91,7 @@ pub struct Recorded {
 pub enum Value {
     /// `true` or `false`
     Boolean(bool),
-    /// A whole number of more digits than a floating-point number has.
+    /// A whole number with more digits than a floating-point number holds.
     Whole(i128),
     /// Anything else.
     Number(f64),

@@ -61,8 +61,8 @@ pub struct Options {
     /// Time limit for one run, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
-    /// Call the libraries of all FMUs through FMI's C interface; without it, a loop of FMUs whose blocks plcfmu has itself, built from
-    /// the same sources, runs without, to the same bits and faster
+    /// Call the libraries of all FMUs through FMI's C interface; by default, plcfmu runs its own copy of the blocks if
+    /// it has them all, built from the same sources: the same bits, faster
     #[arg(long)]
     exact_door: bool,
     /// Make each run with new instances of the FMUs instead of resetting those of the run before: for an FMU that keeps something

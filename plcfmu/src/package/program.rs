@@ -48,7 +48,7 @@ pub struct Options {
     /// suggests
     #[arg(long)]
     cpu: Option<Cpu>,
-    /// The function block or the instance that is run; without it, the one that no other block calls
+    /// The function block or the instance to run; by default the one that no other block calls
     #[arg(long, value_name = "NAME")]
     fb: Option<String>,
     /// A PLC tag that no source declares, such as "Start : Bool" or "Start AT %I0.0 : Bool"; or a tag table (.xml, .xlsx, .sdf, or a line for each)

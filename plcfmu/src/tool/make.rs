@@ -35,7 +35,7 @@ const LARGEST: usize = 1_600_000;
 /// The page to make.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// Folder of the FMUs that the page explains; without it, all FMUs are packed first
+    /// Folder of the FMUs that the page explains; by default, all FMUs are packed first
     #[arg(long, value_name = "DIR")]
     pub fmus: Option<PathBuf>,
     /// Folder for the file [default: target/tool]

@@ -66,8 +66,8 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Switches columns to the values from before the step where an FMU without Event Mode precedes one with events of
-    /// its own: that is what the latter is called with, at both the output and the input.
+    /// Switches columns to the values from before the step where an FMU without Event Mode precedes one with its own
+    /// events: the latter is called with these values, at both the output and the input.
     fn record_what_is_called_with(&mut self, plan: &Plan) {
         let count = self.values.len() / 2;
         let has_calls = |member: usize| self.members[member].own.is_some_and(|events| events.next.is_finite());

@@ -185,17 +185,17 @@ is_exact: boolean, };
 export type Data = { "run": {
 /** The run; by default the present one. */
 run?: number | null,
-/** The beginning in seconds; shortly before the last step of the manipulated value without it. */
+/** The beginning in seconds; by default shortly before the last step of the manipulated value. */
 from?: number | null,
 /** The end in seconds; by default the last call. */
 to?: number | null, } } | { "csv": {
 /** The text. */
 text: string,
-/** The column of the time; by its name without it. */
+/** The column of the time; by default found by its name. */
 time?: string | null,
-/** The column of the manipulated value; by its name without it. */
+/** The column of the manipulated value; by default found by its name. */
 input?: string | null,
-/** The column of the process value; by its name without it. */
+/** The column of the process value; by default found by its name. */
 output?: string | null,
 /** The rows to use, in the file's seconds. */
 from?: number | null,
@@ -1191,14 +1191,14 @@ remarks: Array<string>, };
 
 /** A step of the setpoint. */
 export type Step = {
-/** The setpoint before it; that of the controller without it. */
+/** The setpoint before it; by default that of the controller. */
 from?: number | null,
 /**
  * The size of the step, below 0 for down; by default, the step that moves the manipulated value by 10 % in the
  * end, or at first if the plant integrates.
  */
 size?: number | null,
-/** The manual value at which the plant rests before it, in percent; 50 without it. */
+/** The manual value at which the plant rests before it, in percent; by default 50. */
 manual?: number | null, };
 
 /** A step of the manual value. */
@@ -1283,8 +1283,9 @@ structure: Structure,
 /** The controller with its present settings: CYCLE, the normalisation and the pulse former count. */
 controller: Member,
 /**
- * The time constant of the closed loop in seconds, which SIMC and lambda are given (lambda is its name there); without it the dead
- * time for SIMC (one and a half of it in the table of all rules), and for lambda the plant's time constant or three dead times.
+ * The time constant of the closed loop in seconds, for the rules SIMC and lambda (where it is called lambda); by
+ * default, the dead time for SIMC (one and a half of it in the table of all rules), and the plant's time constant
+ * or three dead times for lambda.
  */
 closed_loop?: number | null,
 /** The same as a place on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence. */
@@ -1296,7 +1297,7 @@ step: Step,
  * step of a run. Without it 2 % of the step that is predicted by default.
  */
 band?: number | null,
-/** Ultimate gain and period, for the ultimate rule; computed from the model without it. */
+/** Ultimate gain and period, for the ultimate rule; by default computed from the model. */
 ultimate?: [number, number] | null,
 /** When the loop exchanges its values: the prediction has the rows of such a run. */
 exchange: Exchange, };
