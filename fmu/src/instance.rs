@@ -47,8 +47,8 @@ impl<B: Cyclic> Instance<B> {
         self.events
     }
 
-    /// Whether the host handles the calls of this block. Calls of blocks whose outputs are held until the next call are
-    /// nevertheless made in steps: no variable jumps at them.
+    /// Whether the host handles the calls of this block. Calls of blocks that hold their inputs until the next call are
+    /// nevertheless made in steps: no output jumps at them.
     pub(crate) fn handled(&self) -> Option<Events> {
         self.events.filter(|_| !B::HOLDS_INPUTS)
     }
