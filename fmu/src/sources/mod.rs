@@ -180,7 +180,7 @@ pub enum Of<'a> {
 /// The check with which a block refuses settings.
 #[derive(Debug)]
 pub struct Check<'a> {
-    /// The name of the function that creates it.
+    /// The name of the function that makes the check.
     pub call: &'a str,
     /// The address of the message number: from 1, or 0 for none.
     pub refusal: usize,
