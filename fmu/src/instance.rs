@@ -352,7 +352,7 @@ impl<B: Cyclic> Instance<B> {
         let rest = bytes.strip_prefix(MAGIC).ok_or_else(messages::no_serialized_state)?;
         let rest = rest
             .strip_prefix(&fingerprint.to_be_bytes())
-            .ok_or_else(|| messages::state_of_another_fmu(block.table().name))?;
+            .ok_or_else(|| messages::state_of_another_fmu(&block.table().name))?;
         let damaged = || Refusal::from(messages::damaged_state());
         let (mut rest, checksum_bytes) = rest.split_last_chunk().ok_or_else(damaged)?;
         if checksum(&bytes[..bytes.len() - checksum_bytes.len()]) != u128::from_le_bytes(*checksum_bytes) {

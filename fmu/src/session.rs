@@ -53,7 +53,7 @@ impl<B: Cyclic> Session<B> {
     fn restart_block(block: &mut B) -> Result<(), Refusal> {
         let cycle = block.cycle().milliseconds();
         if cycle < 1 {
-            let name = block.table().rows[block.table().cycle].name;
+            let name = &block.table().rows[block.table().cycle].name;
             return Err(messages::short_cycle(name, f64::from(cycle) / 1000.0).into());
         }
         block.check()?;

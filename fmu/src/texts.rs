@@ -50,10 +50,10 @@ impl<B: Cyclic> Instance<B> {
             if !self.may_set(text.role) {
                 return Err(read_only(&text.name, text.role, V::PREFIX));
             }
-            let given = value.ok_or_else(|| messages::no_text(text.name))?;
-            let given = given.to_str().map_err(|_| messages::not_utf8(text.name, given))?;
+            let given = value.ok_or_else(|| messages::no_text(&text.name))?;
+            let given = given.to_str().map_err(|_| messages::not_utf8(&text.name, given))?;
             let units = text.ty.units(given);
-            let refused = |why: String| messages::out_of_range(text.name, &format!("{given:?}"), &why);
+            let refused = |why: String| messages::out_of_range(&text.name, &format!("{given:?}"), &why);
             checked.push((number, units.map_err(refused)?));
         }
         for (number, units) in checked {
