@@ -790,7 +790,7 @@ impl<'a> Bench<'a> {
     }
 
     fn place(&self, name: &str) -> Result<(Type, u32)> {
-        let row = self.controller.table.find(name).with_context(|| format!("there is no variable {name}"))?;
+        let row = self.controller.table.find(name).with_context(|| format!("no variable {name}"))?;
         Ok((Type::from_kind(self.controller.table.rows[row].kind), row as u32))
     }
 

@@ -172,7 +172,7 @@ fn known(table: &Table, name: &str) -> Result<String> {
         return Ok(name.into());
     }
     let hint = suggestion(name, table.rows.iter().map(|row| row.name.as_str()));
-    bail!("there is no variable {name:?}{hint}")
+    bail!("no variable {name:?}{hint}")
 }
 
 /// Parses `NAMES` or `NAMES if CONDITION`.

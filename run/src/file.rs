@@ -396,7 +396,7 @@ impl<'a> Reader<'a> {
             return Ok(());
         }
         let hint = suggestion(wrong, names.iter().copied());
-        bail!("{}: there is no {wrong}, only {}{hint}", self.place(name.span()), names.join(", "))
+        bail!("{}: no {wrong}, only {}{hint}", self.place(name.span()), names.join(", "))
     }
 
     /// The inputs connected to an output.

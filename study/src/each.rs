@@ -167,7 +167,7 @@ pub fn csv(columns: &[String], loops: &[Tuned]) -> String {
 /// The file can no longer be read, it has no place for a value, or a setting does not fit the block's type.
 pub fn written_back(path: &Path, source: &Source, variables: &[String], tuned: &[Tuned]) -> Result<Vec<u8>> {
     let shown = path.display().to_string();
-    let format = Format::of_file(&shown).with_context(|| format!("{shown} is no parameter file"))?;
+    let format = Format::of_file(&shown).with_context(|| format!("{shown} is not a parameter file"))?;
     let mut loops = Vec::new();
     for (one, tuned) in source.loops.iter().zip(tuned).filter(|(_, tuned)| tuned.problem.is_none()) {
         ensure!(one.name == tuned.name, "{shown}: {} is in the place of {}", tuned.name, one.name);

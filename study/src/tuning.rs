@@ -308,7 +308,7 @@ fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
         let found = figures.iter().position(|figure| figure.name == *name).with_context(|| {
             let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
             let hint = near(name, names.iter().copied()).map_or_else(String::new, |near| format!("; is it {near}?"));
-            format!("{key}: there is no figure {name}, only {}{hint}", names.join(", "))
+            format!("{key}: no figure {name}, only {}{hint}", names.join(", "))
         });
         found.at(key)
     };

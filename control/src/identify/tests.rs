@@ -516,7 +516,7 @@ fn a_record_that_is_too_short_says_by_how_much() {
     let error = Record::new(model, 10.0, 0.1, 25.0).error(Method::Area);
     assert!(error.contains("% of its answer in the last fifth"), "{error}");
     let error = Record::new(model, 10.0, 0.1, 5.0).error(Method::LeastSquares);
-    assert!(error.starts_with("the record is too short: it shows 18 % of the answer"), "{error}");
+    assert!(error.starts_with("the record is too short: it shows 18 % of the response"), "{error}");
     let error = Record::new(model, 10.0, 0.1, 0.5).error(Method::LeastSquares);
     assert!(error.starts_with("there are only 6 samples after the step"), "{error}");
 }
