@@ -250,5 +250,5 @@ fn clause_15_the_mean_row_counts_up_positive_and_down_negative() {
     };
     assert_eq!([pulse(true, false), pulse(false, true), pulse(false, false)], [1, -1, 0]);
     let mean = ContS::TABLE.mean.map(|row| ContS::TABLE.rows[row].name);
-    assert_eq!(mean.as_deref(), Some("QLMN_MEAN"));
+    assert_eq!(mean, Some("QLMN_MEAN"));
 }

@@ -61,7 +61,7 @@ fn clause_10_with_three_steps_the_mean_counts_the_negative_pulse_negative() {
     block.call();
     assert_eq!(block.pulse(), 1);
     let mean = Pulsegen::TABLE.mean.map(|row| Pulsegen::TABLE.rows[row].name);
-    assert_eq!(mean.as_deref(), Some("Q_MEAN"));
+    assert_eq!(mean, Some("Q_MEAN"));
 }
 
 #[test]
