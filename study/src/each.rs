@@ -130,7 +130,7 @@ impl Tuned {
     }
 }
 
-/// The column names of [`csv`].
+/// The column names of [`csv()`].
 pub fn columns(tuning: &Tuning) -> Vec<String> {
     let search = tuning.problem.search.iter().flat_map(|of| [of.variable.clone(), format!("{}.now", of.variable)]);
     let figure = &tuning.figures[tuning.problem.minimize].name;
