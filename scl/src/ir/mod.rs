@@ -1,5 +1,5 @@
-//! The typed program, between compiler and back ends. [`lower`](crate::lower) and crate `laws` make it; [`machine`],
-//! [`c`] and [`print`] take it.
+//! The typed program, between compiler and back ends. `lower` and crate `laws` make it; [`machine`],
+//! [`c`] and `print` take it.
 //!
 //! It knows neither SCL nor FMI. Every operation names the type in which it is computed, there are no implicit
 //! conversions, and all variables live in one block of bytes, so that a saved state is a copy of these bytes:
@@ -10,7 +10,6 @@
 //!
 //! [`machine`]: crate::machine
 //! [`c`]: crate::c
-//! [`print`]: mod@crate::print
 
 mod law;
 mod layout;
