@@ -43,7 +43,7 @@ pub trait HostType<V: Version>: Copy {
     /// The value for a message.
     fn text(self) -> String;
 
-    /// Writes variables in the ordinary cases, see [`ordinary`](crate::ordinary). False, and nothing is changed, in every other
+    /// Writes variables in the ordinary cases, see [`ordinary`]. False, and nothing is changed, in every other
     /// case.
     #[inline(always)]
     fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
