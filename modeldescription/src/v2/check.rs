@@ -343,9 +343,8 @@ fn check_aliases(description: &ModelDescription, forbidden: &mut Counted) {
     for variable in variables().filter(|variable| variable.causality == Causality::Output) {
         if let Some(other) = set.get(&key(variable)) {
             let (reference, other) = (variable.value_reference, shortened(other));
-            let sentence = format!(
-                "valueReference = {reference} is shared with {other:?}, which can be set: give the output its own"
-            );
+            let sentence =
+                format!("valueReference = {reference} is that of {other:?} too, which is set: give the output its own");
             forbidden.push(about(variable, &sentence));
         }
     }
