@@ -22,30 +22,7 @@ pub(super) struct Facts {
 /// The functions that can be called from outside and everything they call, callees first.
 pub(super) fn reached(program: &Program) -> Vec<usize> {
     let entries = program.functions.iter().enumerate().filter(|(_, function)| is_entry(function));
-    reached_from(program, &entries.map(|(number, _)| number).collect::<Vec<_>>())
-}
-
-/// The given functions and everything they call, callees first.
-pub(super) fn reached_from(program: &Program, functions: &[usize]) -> Vec<usize> {
-    fn add(program: &Program, number: usize, done: &mut BTreeSet<usize>, into: &mut Vec<usize>) {
-        if !done.insert(number) {
-            return;
-        }
-        if let Body::Code(body) = &program.functions[number].body {
-            for callee in calls(body) {
-                add(program, callee, done, into);
-            }
-        }
-        if let Some(law) = program.docs.laws.get(&number) {
-            add(program, *law, done, into);
-        }
-        into.push(number);
-    }
-    let (mut done, mut into) = (BTreeSet::new(), Vec::new());
-    for number in functions {
-        add(program, *number, &mut done, &mut into);
-    }
-    into
+    walk::reached(program, &entries.map(|(number, _)| number).collect::<Vec<_>>())
 }
 
 /// Whether a function can be called from outside.
@@ -53,40 +30,14 @@ pub(super) fn is_entry(function: &Function) -> bool {
     function.parameters == 0 && function.instance.is_none()
 }
 
-/// The functions called by statements, in order.
-fn calls(body: &[Statement]) -> Vec<usize> {
-    struct Calls(Vec<usize>);
-    impl Look for Calls {
-        fn call(&mut self, call: &Call) {
-            self.0.push(call.function);
-        }
-    }
-    let mut calls = Calls(Vec::new());
-    walk::statements(body, &mut calls);
-    calls.0
-}
-
 /// Whether statements contain a loop or a jump and so might not terminate.
 pub(super) fn may_not_end(body: &[Statement]) -> bool {
-    has(body, |what| matches!(what, What::While(..) | What::Repeat(..) | What::For(_) | What::Goto(_)))
+    walk::any(body, |what| matches!(what, What::While(..) | What::Repeat(..) | What::For(_) | What::Goto(_)))
 }
 
 /// Whether statements contain one that leaves the function.
 pub(super) fn may_leave(body: &[Statement]) -> bool {
-    has(body, |what| matches!(what, What::Return))
-}
-
-/// Whether a statement, nested ones included, satisfies the predicate.
-fn has(body: &[Statement], is_one: fn(&What) -> bool) -> bool {
-    struct Finds(bool, fn(&What) -> bool);
-    impl Look for Finds {
-        fn statement(&mut self, it: &Statement) {
-            self.0 |= (self.1)(&it.what);
-        }
-    }
-    let mut finds = Finds(false, is_one);
-    walk::statements(body, &mut finds);
-    finds.0
+    walk::any(body, |what| matches!(what, What::Return))
 }
 
 /// The facts of the reached functions, in their order.

@@ -60,7 +60,7 @@ pub fn print(program: &Program) -> Result<String, String> {
 /// Whether a function or one of its callees contains a loop or a jump.
 #[cfg(test)]
 pub(crate) fn is_endless(program: &Program, function: usize) -> bool {
-    facts::reached_from(program, &[function]).into_iter().any(|number| match &program.functions[number].body {
+    crate::ir::walk::reached(program, &[function]).into_iter().any(|number| match &program.functions[number].body {
         Body::Code(body) => facts::may_not_end(body),
         Body::Native(_) => false,
     })
