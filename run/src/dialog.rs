@@ -293,7 +293,7 @@ impl Roles {
         };
         if names.len() > most {
             let most = if most == 1 { "one name".into() } else { format!("{most} names") };
-            bail!("{role} has at most {most}");
+            bail!("{role} has {most} at most");
         }
         let first = names[0].clone();
         match role {
