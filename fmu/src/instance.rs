@@ -176,7 +176,8 @@ impl<B: Cyclic> Instance<B> {
         self.session.end()
     }
 
-    /// Reads variables in the ordinary case, see [`ordinary`](crate::ordinary). Not in Initialization Mode, where outputs are those of a restarted copy of the block.
+    /// Reads variables in the ordinary case, see [`ordinary`](crate::ordinary). Not in Initialization Mode, where outputs
+    /// are those of a restarted copy of the block.
     #[inline(always)]
     pub fn get_ordinary<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> bool {
         self.state != State::InitializationMode && T::get_ordinary(&self.session.block, references, values)

@@ -4,7 +4,7 @@ use crate::table::Held;
 use crate::{Loaded, Program};
 use blocks::table::number::number;
 use fmu::cyclic::Cyclic;
-use fmu::sources::{self, Door, Of, Parts, TakesEffect, Variable};
+use fmu::sources::{self, Door, Of, Parts, TakesEffect};
 use std::sync::Arc;
 
 impl Loaded {
@@ -33,14 +33,13 @@ impl Loaded {
             .zip(&self.texts)
             .map(|(text, place)| (text.clone(), place.offset, place.size()))
             .collect();
-        let variables: Vec<Variable> = table.rows.iter().map(Variable::from).collect();
         let mut program = Program::new(self.clone());
         program.restart();
-        let Ok(tape) = sources::tape(&variables, &mut program);
+        let Ok(tape) = sources::tape(&table.rows, &mut program);
         Ok(sources::file(&Parts {
             door,
             name: &table.name,
-            variables: &variables,
+            variables: &table.rows,
             cycle: (table.cycle, (number(table.rows[table.cycle].start) * 1000.0).round()),
             hash: self.hash,
             law: &law,

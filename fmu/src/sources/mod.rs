@@ -10,7 +10,7 @@ use crate::messages::{self, Message};
 use crate::state::{Function, State};
 use blocks::table::fingerprint::{self, BASIS};
 use blocks::table::number::{number, to_value};
-use blocks::{Class, Kind, Role, Row, TableText, Text};
+use blocks::{Class, Kind, Role, Row, Text};
 use std::fmt::Write;
 
 /// What sentences are made of.
@@ -60,7 +60,7 @@ pub struct Door {
     /// Its types.
     pub(crate) types: &'static [&'static str],
     /// Selects the type of a variable.
-    pub(crate) type_of: fn(&Variable) -> &'static str,
+    pub(crate) type_of: fn(&Row) -> &'static str,
     /// Whether an array is one variable.
     pub(crate) has_arrays: bool,
     /// Whether a host can query the dependencies of a variable.
@@ -84,40 +84,6 @@ pub enum TakesEffect {
     AtStart,
 }
 
-/// A variable of the table.
-#[derive(Clone, Debug)]
-pub struct Variable {
-    /// Its name with the instances that lead to it.
-    pub name: String,
-    /// Its PLC type.
-    pub kind: Kind,
-    /// Who sets it, and when.
-    pub role: Role,
-    /// The lowest and the highest value that make sense.
-    pub range: (Option<f64>, Option<f64>),
-    /// Its start value as a number.
-    pub start: f64,
-    /// A word that is an analog value, with a sign.
-    pub is_analog: bool,
-    /// The settings on which its value after a restart depends, by their places in the table.
-    pub from: Vec<usize>,
-}
-
-impl<S: TableText> From<&Row<S>> for Variable {
-    fn from(row: &Row<S>) -> Variable {
-        let range = (row.least(), row.greatest());
-        Variable {
-            name: row.name.to_string(),
-            kind: row.kind,
-            role: row.role,
-            range,
-            start: number(row.start),
-            is_analog: row.is_analog,
-            from: row.from.to_vec(),
-        }
-    }
-}
-
 /// The parts of an FMU in C.
 #[derive(Debug)]
 pub struct Parts<'a> {
@@ -126,7 +92,7 @@ pub struct Parts<'a> {
     /// The name of the block.
     pub name: &'a str,
     /// Its variables.
-    pub variables: &'a [Variable],
+    pub variables: &'a [Row],
     /// The index of the time between two calls, and its start value in milliseconds.
     pub cycle: (usize, f64),
     /// The hash of the interface.
@@ -651,17 +617,17 @@ fn quoted(text: &str) -> String {
 }
 
 /// Whether the self-test draws a variable.
-fn is_drawn(of: &Variable) -> bool {
+fn is_drawn(of: &Row) -> bool {
     let is_setting = of.role == Role::Parameter;
     of.role == Role::Input || is_setting && matches!(of.kind, Kind::Real | Kind::LReal | Kind::Time | Kind::Bool)
 }
 
 /// Between which numbers the self-test draws a floating-point number, or a time that is a parameter: parameters near their start
 /// values, with which the block does something.
-fn range(of: &Variable) -> (f64, f64) {
-    match of.range {
-        _ if of.role == Role::Parameter && of.kind == Kind::Time => (0.5 * of.start, 1.5 * of.start),
-        _ if of.role == Role::Parameter => (of.start - 1.0, of.start + 1.0),
+fn range(of: &Row) -> (f64, f64) {
+    match (of.least(), of.greatest()) {
+        _ if of.role == Role::Parameter && of.kind == Kind::Time => (0.5 * of.start(), 1.5 * of.start()),
+        _ if of.role == Role::Parameter => (of.start() - 1.0, of.start() + 1.0),
         (Some(low), Some(high)) if of.kind.class() == Class::Real => (low, high),
         _ => (-100.0, 100.0),
     }
@@ -713,7 +679,7 @@ impl<B: Cyclic> Subject for B {
 ///
 /// # Errors
 /// The subject refuses.
-pub fn tape<S: Subject>(variables: &[Variable], subject: &mut S) -> Result<(u32, u128), S::Error> {
+pub fn tape<S: Subject>(variables: &[Row], subject: &mut S) -> Result<(u32, u128), S::Error> {
     let (mut seed, mut hash) = (1_u32, BASIS);
     let mut next = || {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -742,7 +708,7 @@ pub fn tape<S: Subject>(variables: &[Variable], subject: &mut S) -> Result<(u32,
 
 /// A value of the tape, of a number from 0 to 2^24 - 1. One of four BOOLs is TRUE, and half of the inputs are small, so that a
 /// controller is neither restarted nor at a limit all the time.
-fn drawn(of: &Variable, number: f64) -> f64 {
+fn drawn(of: &Row, number: f64) -> f64 {
     let (low, high) = range(of);
     let between = low + (high - low) * (number / 16_777_216.0);
     match of.kind {

@@ -1,8 +1,8 @@
 //! FMI 2.0 in C.
 
 use super::{ffi, messages};
-use crate::sources::{Door, Variable};
-use blocks::Class;
+use crate::sources::Door;
+use blocks::{Class, Row};
 
 /// The door.
 pub static DOOR: Door = Door {
@@ -21,7 +21,7 @@ pub static DOOR: Door = Door {
     token: |hash| hash,
 };
 
-fn type_of(variable: &Variable) -> &'static str {
+fn type_of(variable: &Row) -> &'static str {
     match variable.kind.class() {
         Class::Real => "Real",
         Class::Integer => "Integer",

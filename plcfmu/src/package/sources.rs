@@ -5,7 +5,7 @@ use crate::build::workspace::{FmuCrate, Workspace};
 use anyhow::{Context, Result, anyhow, ensure};
 use blocks::table::fingerprint;
 use blocks::table::number::{number, to_value};
-use fmu::sources::{self, Check, Door, Field, Of, Parts, Subject, TakesEffect, Variable};
+use fmu::sources::{self, Check, Door, Field, Of, Parts, Subject, TakesEffect};
 use host::instance::{Instance, Type};
 use host::library::Library;
 use laws::{Law, Sources};
@@ -31,7 +31,6 @@ pub fn generate(
     let law = laws::read_whole(&rust(workspace, fmu_crate)?, &table.name)?;
     let printed = scl::c::print(&law.program).map_err(anyhow::Error::msg)?;
     let name = |function: usize| scl::c::name(&law.program, function);
-    let variables: Vec<Variable> = table.rows.iter().map(Variable::from).collect();
     let mut places = Vec::new();
     for row in &table.rows {
         let path = format!("{}.{}", law.name, row.name);
@@ -47,8 +46,8 @@ pub fn generate(
     let record = ir::Type::Record(law.record);
     collect(&law.program, &record, at(&law.program, &law.name).unwrap_or_default(), "", &mut fields);
     let (call, restart) = (name(law.call), name(law.restart));
-    let expected = sources::tape(&variables, &mut OfLibrary::new(library, interface)?)?;
-    let found = sources::tape(&variables, &mut OfLaw::new(&law, interface, &places)?)?;
+    let expected = sources::tape(&table.rows, &mut OfLibrary::new(library, interface)?)?;
+    let found = sources::tape(&table.rows, &mut OfLaw::new(&law, interface, &places)?)?;
     ensure!(
         expected == found,
         "the law that was read gives other values than the library: they are made of different sources"
@@ -56,7 +55,7 @@ pub fn generate(
     Ok(sources::file(&Parts {
         door,
         name: &table.name,
-        variables: &variables,
+        variables: &table.rows,
         cycle: (table.cycle, (table.rows[table.cycle].start() * 1000.0).round()),
         hash: hash(&interface.guid),
         law: &printed,
