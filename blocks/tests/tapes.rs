@@ -1,6 +1,8 @@
 //! The tapes of each block, `clauses.txt` in its folder, played on the law. blocks/README.md says how to read them;
 //! tests/tapes.py plays them on the FMU and on the second text of the law.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::table::number::{number, to_value};
 use blocks::{Block, EachBlock, Kind, Real, StaticTable, for_each_block};
 use std::fs;

@@ -3,6 +3,8 @@
 //! A trace has columns `in_NAME` (before the call) and `out_NAME` (after it), times in milliseconds; row 0 is the restart
 //! call. The blocks are driven through their tables, by name, as every other user of the crate drives them.
 
+#![allow(clippy::unwrap_used)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -147,17 +147,17 @@ struct Text<'a> {
 
 impl Field<'_> {
     /// The horizontal position of a value, clamped to the plot area.
-    pub fn x(&self, value: f64) -> f64 {
+    pub(crate) fn x(&self, value: f64) -> f64 {
         self.left + self.horizontal.part(value).clamp(0.0, 1.0) * (WIDTH - self.left - RIGHT)
     }
 
     /// The vertical position of a value, clamped to the plot area.
-    pub fn y(&self, value: f64) -> f64 {
+    pub(crate) fn y(&self, value: f64) -> f64 {
         self.top + (1.0 - self.vertical.part(value).clamp(0.0, 1.0)) * self.height
     }
 
     /// Renders the drawing as SVG.
-    pub fn svg(&self, shapes: &[Shape], labels: &[Label]) -> anyhow::Result<String> {
+    pub(crate) fn svg(&self, shapes: &[Shape], labels: &[Label]) -> anyhow::Result<String> {
         let bottom = self.top + self.height;
         let row = |(tick, label): (f64, String)| {
             let y = self.y(tick);

@@ -64,17 +64,17 @@ impl Law for Sum {
 }
 
 // The rows by number.
-pub const U: u32 = 0;
-pub const V: u32 = 1;
-pub const ON: u32 = 2;
-pub const FACTOR: u32 = 3;
-pub const FIRST: u32 = 4;
-pub const CYCLE: u32 = 5;
-pub const SUM: u32 = 6;
-pub const COUNT: u32 = 7;
+pub(crate) const U: u32 = 0;
+pub(crate) const V: u32 = 1;
+pub(crate) const ON: u32 = 2;
+pub(crate) const FACTOR: u32 = 3;
+pub(crate) const FIRST: u32 = 4;
+pub(crate) const CYCLE: u32 = 5;
+pub(crate) const SUM: u32 = 6;
+pub(crate) const COUNT: u32 = 7;
 
 /// The function that sets the start time, for messages.
-pub const SETUP: Function = Function::new("setup", &[State::Instantiated], "");
+pub(crate) const SETUP: Function = Function::new("setup", &[State::Instantiated], "");
 
 blocks::block! {
     /// Panics in its tenth call.

@@ -26,7 +26,7 @@ pub(crate) struct Body<'r, 'a> {
 }
 
 impl<'r, 'a> Body<'r, 'a> {
-    pub fn new(reader: &'r mut Reader<'a>, file: usize, owner: Option<String>) -> Body<'r, 'a> {
+    pub(crate) fn new(reader: &'r mut Reader<'a>, file: usize, owner: Option<String>) -> Body<'r, 'a> {
         Body {
             reader,
             file,
@@ -42,25 +42,25 @@ impl<'r, 'a> Body<'r, 'a> {
     }
 
     /// The value of a constant expression.
-    pub fn constant(reader: &mut Reader, file: usize, expr: &syn::Expr, ty: &Ty) -> Result<Value, Error> {
+    pub(crate) fn constant(reader: &mut Reader, file: usize, expr: &syn::Expr, ty: &Ty) -> Result<Value, Error> {
         let mut body = Body::new(reader, file, None);
         let (value, _) = body.number(expr, Some(ty))?;
         folded(&value).ok_or_else(|| body.error(expr.span(), "this is not a constant that can be evaluated here"))
     }
 
-    pub fn error(&self, span: Span, message: impl Into<String>) -> Error {
+    pub(crate) fn error(&self, span: Span, message: impl Into<String>) -> Error {
         self.reader.error(self.file, span, message)
     }
 
     /// Reads the body of a function, whose value goes to `result`.
-    pub fn function(&mut self, block: &Block, result: Var) -> Result<Vec<Statement>, Error> {
+    pub(crate) fn function(&mut self, block: &Block, result: Var) -> Result<Vec<Statement>, Error> {
         self.result = Some(result.clone());
         self.block(block, Some(&result))?;
         Ok(std::mem::take(&mut self.out))
     }
 
     /// Creates locals for a type.
-    pub fn local(&mut self, name: &str, ty: &Ty, span: Span) -> Result<Var, Error> {
+    pub(crate) fn local(&mut self, name: &str, ty: &Ty, span: Span) -> Result<Var, Error> {
         Ok(match ty {
             Ty::Tuple(parts) => {
                 let part = |(number, ty): (usize, &Ty)| self.local(&format!("{name}_{}", number + 1), ty, span);
@@ -89,27 +89,30 @@ impl<'r, 'a> Body<'r, 'a> {
     }
 
     /// Binds a name to a variable.
-    pub fn bind(&mut self, name: &str, var: Var) {
+    pub(crate) fn bind(&mut self, name: &str, var: Var) {
         if let Some(scope) = self.scopes.last_mut() {
             scope.push((name.to_string(), var));
         }
     }
 
     /// The variable bound to a name.
-    pub fn find(&self, name: &str) -> Option<&Var> {
+    pub(crate) fn find(&self, name: &str) -> Option<&Var> {
         self.scopes.iter().rev().flat_map(|scope| scope.iter().rev()).find(|(it, _)| it == name).map(|(_, var)| var)
     }
 
-    pub fn push(&mut self, what: What) {
+    pub(crate) fn push(&mut self, what: What) {
         self.out.push(Statement { at: self.at, what });
     }
 
-    pub fn append(&mut self, statements: Vec<Statement>) {
+    pub(crate) fn append(&mut self, statements: Vec<Statement>) {
         self.out.extend(statements);
     }
 
     /// Runs `done` and returns its statements separately.
-    pub fn apart<T>(&mut self, done: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<(Vec<Statement>, T), Error> {
+    pub(crate) fn apart<T>(
+        &mut self,
+        done: impl FnOnce(&mut Self) -> Result<T, Error>,
+    ) -> Result<(Vec<Statement>, T), Error> {
         let before = std::mem::take(&mut self.out);
         let result = done(self);
         let statements = std::mem::replace(&mut self.out, before);
@@ -117,7 +120,7 @@ impl<'r, 'a> Body<'r, 'a> {
     }
 
     /// Runs `done` and keeps only the result, undoing everything else.
-    pub fn tried<T>(&mut self, done: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<T, Error> {
+    pub(crate) fn tried<T>(&mut self, done: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<T, Error> {
         let (locals, effects, is_pure, scopes) = (self.locals.len(), self.effects, self.is_pure, self.scopes.clone());
         let result = self.apart(done).map(|(_, result)| result);
         self.locals.truncate(locals);
@@ -125,7 +128,7 @@ impl<'r, 'a> Body<'r, 'a> {
         result
     }
 
-    pub fn assign(&mut self, to: Place, value: Expr) {
+    pub(crate) fn assign(&mut self, to: Place, value: Expr) {
         if is_outside(&to) {
             self.is_pure = false;
             self.effects += 1;
@@ -134,7 +137,7 @@ impl<'r, 'a> Body<'r, 'a> {
     }
 
     /// Reads a block with its own scope; its value goes to the variable, if there is one.
-    pub fn block(&mut self, block: &Block, to: Option<&Var>) -> Result<(), Error> {
+    pub(crate) fn block(&mut self, block: &Block, to: Option<&Var>) -> Result<(), Error> {
         self.scopes.push(Vec::new());
         self.statements(block, to)?;
         self.scopes.pop();
@@ -142,7 +145,7 @@ impl<'r, 'a> Body<'r, 'a> {
     }
 
     /// Reads the statements of a block.
-    pub fn statements(&mut self, block: &Block, to: Option<&Var>) -> Result<(), Error> {
+    pub(crate) fn statements(&mut self, block: &Block, to: Option<&Var>) -> Result<(), Error> {
         let last = block.stmts.len();
         for (number, statement) in block.stmts.iter().enumerate() {
             self.at = self.reader.at(self.file, statement.span());
@@ -257,7 +260,7 @@ impl<'r, 'a> Body<'r, 'a> {
     }
 
     /// Stores the value of an expression in a variable.
-    pub fn store(&mut self, to: &Var, expr: &syn::Expr) -> Result<(), Error> {
+    pub(crate) fn store(&mut self, to: &Var, expr: &syn::Expr) -> Result<(), Error> {
         match expr {
             syn::Expr::Paren(it) => return self.store(to, &it.expr),
             syn::Expr::Block(it) => return self.block(&it.block, Some(to)),
@@ -437,7 +440,7 @@ impl<'r, 'a> Body<'r, 'a> {
     }
 
     /// The condition of `if let Some(name) = ...`; binds the name.
-    pub fn if_let(&mut self, it: &syn::ExprLet) -> Result<Expr, Error> {
+    pub(crate) fn if_let(&mut self, it: &syn::ExprLet) -> Result<Expr, Error> {
         let unknown = |this: &Self| this.error(it.pat.span(), "this pattern is not known here; use Some(name)");
         let Pat::TupleStruct(pat) = &*it.pat else { return Err(unknown(self)) };
         let (Some(inner), true) = (pat.elems.first(), pat.path.is_ident("Some")) else { return Err(unknown(self)) };
@@ -453,27 +456,27 @@ impl<'r, 'a> Body<'r, 'a> {
     }
 
     /// Reads an expression of type bool.
-    pub fn condition(&mut self, expr: &syn::Expr) -> Result<Expr, Error> {
+    pub(crate) fn condition(&mut self, expr: &syn::Expr) -> Result<Expr, Error> {
         let (condition, ty) = self.number(expr, Some(&Ty::BOOL))?;
         if ty == Ty::BOOL { Ok(condition) } else { Err(self.error(expr.span(), format!("expected bool, found {ty}"))) }
     }
 
     /// Adds a call as a statement.
-    pub fn call(&mut self, call: Call, is_pure: bool) {
+    pub(crate) fn call(&mut self, call: Call, is_pure: bool) {
         let what = What::Call(call);
         self.note(is_pure);
         self.push(what);
     }
 
     /// Records whether a call writes to anything but locals.
-    pub fn note(&mut self, is_pure: bool) {
+    pub(crate) fn note(&mut self, is_pure: bool) {
         if !is_pure {
             self.is_pure = false;
             self.effects += 1;
         }
     }
 
-    pub fn place_of_line(&self) -> At {
+    pub(crate) fn place_of_line(&self) -> At {
         self.at
     }
 }

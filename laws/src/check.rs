@@ -40,7 +40,7 @@ pub(crate) struct Refusals {
 
 impl Reader<'_> {
     /// Reads the check of a block; `None` if it has none.
-    pub fn refusals(&mut self, file: usize, table: &Table) -> Result<Option<Refusals>, Error> {
+    pub(crate) fn refusals(&mut self, file: usize, table: &Table) -> Result<Option<Refusals>, Error> {
         let owner = table.ident.to_string();
         let items = self.items;
         let Some(item) = items.function(self.sources, Some(&owner), "check", file) else { return Ok(None) };
@@ -62,7 +62,7 @@ impl Reader<'_> {
     }
 
     /// Adds a function without parameters that checks the block in the memory, whose last members are [`members`].
-    pub fn check(&mut self, file: usize, table: &Table, refusals: Refusals) -> Check {
+    pub(crate) fn check(&mut self, file: usize, table: &Table, refusals: Refusals) -> Check {
         let Refusals { function, messages } = refusals;
         let first = self.program.records[self.program.memory].members.len() - 1 - NUMBERS;
         let places = (first..).map(|member| Place::new(Base::Memory).member(member));

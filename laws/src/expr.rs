@@ -10,7 +10,7 @@ use syn::{BinOp, ExprBinary, ExprIf, ExprLit, Lit, Stmt, UnOp};
 
 impl Body<'_, '_> {
     /// Reads a number, with its type.
-    pub fn number(&mut self, expr: &syn::Expr, want: Option<&Ty>) -> Result<(Expr, Ty), Error> {
+    pub(crate) fn number(&mut self, expr: &syn::Expr, want: Option<&Ty>) -> Result<(Expr, Ty), Error> {
         match self.value(expr, want)? {
             Val::Number(expr, ty) => Ok((expr, ty)),
             Val::Rounded(..) => {
@@ -21,7 +21,7 @@ impl Body<'_, '_> {
     }
 
     /// The variable that an expression names; `None` if it is not a variable.
-    pub fn place(&mut self, expr: &syn::Expr) -> Result<Option<Var>, Error> {
+    pub(crate) fn place(&mut self, expr: &syn::Expr) -> Result<Option<Var>, Error> {
         Ok(match expr {
             syn::Expr::Paren(it) => self.place(&it.expr)?,
             syn::Expr::Reference(it) => self.place(&it.expr)?,
@@ -42,7 +42,7 @@ impl Body<'_, '_> {
     }
 
     /// Reads an expression; a literal takes the wanted type.
-    pub fn value(&mut self, expr: &syn::Expr, want: Option<&Ty>) -> Result<Val, Error> {
+    pub(crate) fn value(&mut self, expr: &syn::Expr, want: Option<&Ty>) -> Result<Val, Error> {
         if let Some(var) = self.place(expr)? {
             return Ok(var.load());
         }
@@ -160,7 +160,7 @@ impl Body<'_, '_> {
     }
 
     /// The number type that a name or an alias denotes.
-    pub fn scalar_named(&mut self, name: &str) -> Option<Scalar> {
+    pub(crate) fn scalar_named(&mut self, name: &str) -> Option<Scalar> {
         let ty = syn::parse_str::<syn::Type>(name).ok()?;
         match self.reader.ty(self.file, &ty, None) {
             Ok(Ty::Scalar(scalar)) => Some(scalar),
@@ -285,13 +285,13 @@ impl Body<'_, '_> {
     }
 
     /// The common type of two expressions.
-    pub fn common(&mut self, left: &syn::Expr, right: &syn::Expr) -> Result<Ty, Error> {
+    pub(crate) fn common(&mut self, left: &syn::Expr, right: &syn::Expr) -> Result<Ty, Error> {
         let (a, b) = (self.ty(left)?, self.ty(right)?);
         a.unified(&b).ok_or_else(|| self.error(right.span(), format!("expected {a}, found {b}")))
     }
 
     /// The type of an expression.
-    pub fn ty(&mut self, expr: &syn::Expr) -> Result<Ty, Error> {
+    pub(crate) fn ty(&mut self, expr: &syn::Expr) -> Result<Ty, Error> {
         match expr {
             syn::Expr::Paren(it) => self.ty(&it.expr),
             syn::Expr::Return(_) => Ok(Ty::Never),
@@ -415,7 +415,7 @@ impl Body<'_, '_> {
     }
 
     /// A conversion by value.
-    pub fn converted(&self, value: Expr, from: Scalar, to: Scalar) -> Expr {
+    pub(crate) fn converted(&self, value: Expr, from: Scalar, to: Scalar) -> Expr {
         if from == to { value } else { Expr::Convert(Convert::Value, from, to, Box::new(value), self.place_of_line()) }
     }
 }

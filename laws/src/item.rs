@@ -37,7 +37,7 @@ pub(crate) struct Constant {
 }
 
 impl Items {
-    pub fn read(sources: &Sources) -> Result<Items, Error> {
+    pub(crate) fn read(sources: &Sources) -> Result<Items, Error> {
         let mut items = Items::default();
         for (number, file) in sources.files.iter().enumerate().filter(|(_, file)| file.path.ends_with(".rs")) {
             let parsed = syn::parse_file(&file.text).map_err(|error| in_file(file, &error))?;
@@ -100,7 +100,7 @@ impl Items {
     }
 
     /// The function of a name as visible in a file: from the library, the file itself, or the only one elsewhere.
-    pub fn function(&self, sources: &Sources, owner: Option<&str>, name: &str, from: usize) -> Option<usize> {
+    pub(crate) fn function(&self, sources: &Sources, owner: Option<&str>, name: &str, from: usize) -> Option<usize> {
         let named = |it: &Function| it.owner.as_deref() == owner && it.signature.ident == name;
         let all: Vec<usize> = (0..self.functions.len()).filter(|number| named(&self.functions[*number])).collect();
         let of_library = |number: &&usize| sources.files[self.functions[**number].file].path == LIBRARY_PATH;
@@ -110,7 +110,7 @@ impl Items {
     }
 
     /// The constant of a name as visible in a file.
-    pub fn constant(&self, owner: Option<&str>, name: &str, from: usize) -> Option<&Constant> {
+    pub(crate) fn constant(&self, owner: Option<&str>, name: &str, from: usize) -> Option<&Constant> {
         let named = |it: &&Constant| it.owner.as_deref() == owner && it.name == name;
         let mut all = self.constants.iter().filter(named);
         let own = self.constants.iter().filter(named).find(|it| it.file == from);

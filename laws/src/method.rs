@@ -10,7 +10,7 @@ use syn::{ExprCall, ExprCast, ExprMethodCall, Stmt};
 
 impl Body<'_, '_> {
     /// Reads `receiver.name(arguments)`.
-    pub fn method(&mut self, it: &ExprMethodCall, want: Option<&Ty>) -> Result<Val, Error> {
+    pub(crate) fn method(&mut self, it: &ExprMethodCall, want: Option<&Ty>) -> Result<Val, Error> {
         let name = it.method.to_string();
         let at = self.place_of_line();
         let arguments: Vec<&syn::Expr> = it.args.iter().collect();
@@ -253,7 +253,7 @@ impl Body<'_, '_> {
     }
 
     /// Reads `path(arguments)`.
-    pub fn call_path(&mut self, it: &ExprCall, want: Option<&Ty>) -> Result<Val, Error> {
+    pub(crate) fn call_path(&mut self, it: &ExprCall, want: Option<&Ty>) -> Result<Val, Error> {
         let syn::Expr::Path(path) = &*it.func else {
             return Err(self.error(it.func.span(), "a function is called by its name here"));
         };
@@ -351,7 +351,7 @@ impl Body<'_, '_> {
     }
 
     /// Reads `expr as Type`.
-    pub fn cast(&mut self, it: &ExprCast) -> Result<Val, Error> {
+    pub(crate) fn cast(&mut self, it: &ExprCast) -> Result<Val, Error> {
         let owner = self.owner.clone();
         let Ty::Scalar(to) = self.reader.ty(self.file, &it.ty, owner.as_deref())? else {
             return Err(self.error(it.ty.span(), "a number is converted to a number here"));

@@ -9,7 +9,7 @@ use syn::{ExprMatch, Pat};
 
 impl Body<'_, '_> {
     /// Reads `match`, whose value goes to the variable, if there is one. The last arm takes whatever the others leave.
-    pub fn choose(&mut self, it: &ExprMatch, to: Option<&Var>) -> Result<(), Error> {
+    pub(crate) fn choose(&mut self, it: &ExprMatch, to: Option<&Var>) -> Result<(), Error> {
         let value = self.value(&it.expr, None)?;
         let value = self.fixed(value);
         let at = self.place_of_line();

@@ -115,16 +115,16 @@ fn head(sources: &Sources, file: usize, table: &Table) -> String {
 }
 
 impl Reader<'_> {
-    pub fn error(&self, file: usize, span: Span, message: impl Into<String>) -> Error {
+    pub(crate) fn error(&self, file: usize, span: Span, message: impl Into<String>) -> Error {
         Error::at(&self.sources.files[file], span, message)
     }
 
-    pub fn at(&self, file: usize, span: Span) -> At {
+    pub(crate) fn at(&self, file: usize, span: Span) -> At {
         At { file: file as u16, line: span.start().line as u32 }
     }
 
     /// Resolves a Rust type.
-    pub fn ty(&mut self, file: usize, ty: &syn::Type, owner: Option<&str>) -> Result<Ty, Error> {
+    pub(crate) fn ty(&mut self, file: usize, ty: &syn::Type, owner: Option<&str>) -> Result<Ty, Error> {
         match ty {
             syn::Type::Tuple(tuple) => {
                 Ok(Ty::Tuple(tuple.elems.iter().map(|ty| self.ty(file, ty, owner)).collect::<Result<_, _>>()?))
@@ -184,7 +184,7 @@ impl Reader<'_> {
     }
 
     /// The record of a block.
-    pub fn block(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
+    pub(crate) fn block(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
         let ident = table.ident.to_string();
         if let Some(record) = self.records.get(&ident) {
             return Ok(*record);
@@ -280,14 +280,14 @@ impl Reader<'_> {
     }
 
     /// The member index and type of a struct's field.
-    pub fn field(&self, record: usize, name: &str) -> Option<(usize, Ty)> {
+    pub(crate) fn field(&self, record: usize, name: &str) -> Option<(usize, Ty)> {
         let fields = self.fields.get(&record)?;
         let number = fields.iter().position(|(field, _)| field == name)?;
         Some((number, fields[number].1.clone()))
     }
 
     /// The Rust struct that a record represents.
-    pub fn block_of(&self, record: usize) -> Option<String> {
+    pub(crate) fn block_of(&self, record: usize) -> Option<String> {
         self.records.iter().find(|(_, number)| **number == record).map(|(name, _)| name.clone())
     }
 
@@ -324,7 +324,7 @@ impl Reader<'_> {
     }
 
     /// Adds a function that a host calls.
-    pub fn add_entry(&mut self, name: &str, body: Vec<Statement>) -> usize {
+    pub(crate) fn add_entry(&mut self, name: &str, body: Vec<Statement>) -> usize {
         self.program.functions.push(typed::Function {
             name: name.to_string(),
             instance: None,
@@ -336,7 +336,7 @@ impl Reader<'_> {
     }
 
     /// The function for a method of a block, by struct name.
-    pub fn method(&mut self, owner: &str, name: &str, file: usize, span: Span) -> Result<usize, Error> {
+    pub(crate) fn method(&mut self, owner: &str, name: &str, file: usize, span: Span) -> Result<usize, Error> {
         if let Some(item) = self.items.function(self.sources, Some(owner), name, file) {
             return self.function(item);
         }
@@ -392,7 +392,7 @@ impl Reader<'_> {
     }
 
     /// The function for an item.
-    pub fn function(&mut self, item: usize) -> Result<usize, Error> {
+    pub(crate) fn function(&mut self, item: usize) -> Result<usize, Error> {
         let items = self.items;
         let it = &items.functions[item];
         match self.made.get(&item) {
@@ -407,7 +407,7 @@ impl Reader<'_> {
     }
 
     /// Converts a function.
-    pub fn build(&mut self, it: &Function) -> Result<usize, Error> {
+    pub(crate) fn build(&mut self, it: &Function) -> Result<usize, Error> {
         let items = self.items;
         let owner = it.owner.as_deref();
         let table = items.blocks.iter().find(|(_, table)| Some(table.ident.to_string().as_str()) == owner);

@@ -43,7 +43,7 @@ impl Sources {
 
 impl File {
     /// The comments on separate lines directly before a line, which is counted from 1.
-    pub fn comments_before(&self, line: usize) -> Vec<String> {
+    pub(crate) fn comments_before(&self, line: usize) -> Vec<String> {
         let lines: Vec<&str> = self.text.lines().take(line.saturating_sub(1)).collect();
         let mut comments: Vec<String> = lines.iter().rev().map_while(|line| comment(line.trim())).collect();
         comments.reverse();
@@ -51,7 +51,7 @@ impl File {
     }
 
     /// The comment that follows the code of a line, which is counted from 1, at or after a column.
-    pub fn comment_behind(&self, line: usize, column: usize) -> Option<String> {
+    pub(crate) fn comment_behind(&self, line: usize, column: usize) -> Option<String> {
         let rest: String = self.text.lines().nth(line.checked_sub(1)?)?.chars().skip(column).collect();
         comment(rest.trim_start_matches([';', ',']).trim())
     }

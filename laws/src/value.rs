@@ -29,14 +29,14 @@ pub(crate) enum Ty {
 }
 
 impl Ty {
-    pub const BOOL: Ty = Ty::Scalar(Scalar::Bool);
+    pub(crate) const BOOL: Ty = Ty::Scalar(Scalar::Bool);
 
-    pub fn unit() -> Ty {
+    pub(crate) fn unit() -> Ty {
         Ty::Tuple(Vec::new())
     }
 
     /// The scalar type of a variable that holds a single number.
-    pub fn kept(&self) -> Option<Scalar> {
+    pub(crate) fn kept(&self) -> Option<Scalar> {
         match self {
             Ty::Scalar(scalar) => Some(*scalar),
             Ty::New { kept, .. } => Some(*kept),
@@ -45,7 +45,7 @@ impl Ty {
     }
 
     /// The common type of two branches.
-    pub fn unified(&self, other: &Ty) -> Option<Ty> {
+    pub(crate) fn unified(&self, other: &Ty) -> Option<Ty> {
         Some(match (self, other) {
             (Ty::Never, ty) | (ty, Ty::Never) => ty.clone(),
             (Ty::Integer, Ty::Scalar(scalar)) | (Ty::Scalar(scalar), Ty::Integer) if scalar.is_integer() => {
@@ -64,7 +64,7 @@ impl Ty {
     }
 
     /// Whether the type is fully determined.
-    pub fn is_known(&self) -> bool {
+    pub(crate) fn is_known(&self) -> bool {
         match self {
             Ty::Integer | Ty::Float | Ty::Never => false,
             Ty::Tuple(parts) => parts.iter().all(Ty::is_known),
@@ -121,7 +121,7 @@ pub(crate) enum Var {
 }
 
 impl Var {
-    pub fn ty(&self) -> Ty {
+    pub(crate) fn ty(&self) -> Ty {
         match self {
             Var::Place(_, ty) => ty.clone(),
             Var::Tuple(parts) => Ty::Tuple(parts.iter().map(Var::ty).collect()),
@@ -130,7 +130,7 @@ impl Var {
     }
 
     /// The places of its numbers, in order.
-    pub fn places(&self) -> Vec<Place> {
+    pub(crate) fn places(&self) -> Vec<Place> {
         match self {
             Var::Place(place, _) => vec![place.clone()],
             Var::Tuple(parts) => parts.iter().flat_map(Var::places).collect(),
@@ -143,7 +143,7 @@ impl Var {
     }
 
     /// Its value.
-    pub fn load(&self) -> Val {
+    pub(crate) fn load(&self) -> Val {
         match self {
             Var::Place(place, ty) => match ty.kept() {
                 Some(kept) => Val::Number(Expr::Load(kept, place.clone()), ty.clone()),

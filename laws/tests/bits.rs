@@ -1,5 +1,7 @@
 //! The laws as typed programs have the same bits as the laws in Rust, call by call, with typical and extreme values.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::{Block, EachBlock, Kind, StaticRow, Time, Value, Word, for_each_block};
 use laws::{Law, Sources};
 use scl::Dialect;

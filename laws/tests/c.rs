@@ -1,5 +1,7 @@
 //! The laws as C have the same bits as the typed programs, with all installed compilers, and compile without warnings.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::{Block, EachBlock, Kind, for_each_block};
 use laws::{Law, Sources};
 use scl::ir::{Program, Scalar, Type, Value};

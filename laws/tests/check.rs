@@ -1,5 +1,7 @@
 //! What a block rejects is also rejected by its law as a typed program, with the same sentence.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::{Law as _, PulsCtr, Time};
 use laws::{Law, Sources};
 use scl::ir::Scalar;

@@ -1,6 +1,8 @@
 //! The share of changes to a law that the tape of a proof detects: mutants of the typed program, each with one change,
 //! receive the tape's inputs until an output differs.
 
+#![allow(clippy::unwrap_used)]
+
 use laws::{Law, Sources};
 use scl::ir::{Argument, At, Binary, Body, Expr, Function, Place, Program, Scalar, Statement, Step, Type, Value, What};
 use scl::machine::{Code, Machine};

@@ -1,6 +1,8 @@
 //! Runs the source of a proof: with the block it was made for it finds nothing, and with a slightly different law it
 //! reports the first call and output that differ.
 
+#![allow(clippy::unwrap_used)]
+
 use laws::Sources;
 use parameters::Source;
 use scl::Dialect;

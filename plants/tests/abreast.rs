@@ -1,5 +1,7 @@
 //! Blocks side by side compute what each computes alone, bit for bit: all blocks and plants, with any values.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::table::abreast::{Abreast, EachInLanes, InLanes, LANES, Lanes};
 use blocks::table::number;
 use blocks::{Block, EachBlock, Kind, Role, StaticRow, Value};

@@ -1,5 +1,7 @@
 //! Assumptions about undeclared names.
 
+#![allow(clippy::unwrap_used)]
+
 use parameters::Source;
 use scl::interface::Role;
 use scl::{Assumption, Compiled, Options, assume, assumed, compile};

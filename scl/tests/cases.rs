@@ -1,5 +1,7 @@
 //! The language's test cases: programs, their inputs in each call, and the expected bits.
 
+#![allow(clippy::unwrap_used)]
+
 use parameters::{Problems, Source};
 use scl::ir::{Body, Program, Scalar, Value, What};
 use scl::machine::{Code, Machine};

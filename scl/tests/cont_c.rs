@@ -1,6 +1,8 @@
 //! CONT_C written in SCL (`data/cont_c.scl`) has the same bits as its law in `blocks`, which was written independently
 //! in another language.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::{Block, ContC, Kind, Law, Role, StaticRow, Time, Value, Word};
 use parameters::Source;
 use scl::ir::{Program, Scalar, Type};

@@ -1,5 +1,7 @@
 //! Damaged and hostile sources always result in a program or a list of errors.
 
+#![allow(clippy::unwrap_used)]
+
 use parameters::Source;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;

@@ -101,7 +101,7 @@ impl Target {
     }
 
     /// The column that holds its values.
-    pub fn coordinate(&self) -> Quantity {
+    pub(crate) fn coordinate(&self) -> Quantity {
         let name = match self.time {
             None => self.name.clone(),
             Some(time) => format!("{}@{time}", self.name),
@@ -144,7 +144,7 @@ impl Axes {
     ///
     /// # Errors
     /// An axis is wrong; the message names it and the remedy.
-    pub fn new(study: &Study, system: &System, names: &Names) -> Result<Axes> {
+    pub(crate) fn new(study: &Study, system: &System, names: &Names) -> Result<Axes> {
         study.check()?;
         let count = study.count()?;
         let samples = study.runs_of_point();
@@ -188,12 +188,12 @@ impl Axes {
     }
 
     /// The number of runs.
-    pub fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
     /// The loops of the study's table, if it has one with names.
-    pub fn loops(&self, study: &Study) -> Option<Loops> {
+    pub(crate) fn loops(&self, study: &Study) -> Option<Loops> {
         let number = study.axes.iter().position(|axis| !axis.names.is_empty())?;
         Some(Loops { names: study.axes[number].names.clone(), runs: self.axes[number].stride * self.samples })
     }
@@ -202,7 +202,7 @@ impl Axes {
     ///
     /// # Panics
     /// The run does not exist.
-    pub fn point(&self, run: u64) -> Vec<f64> {
+    pub(crate) fn point(&self, run: u64) -> Vec<f64> {
         assert!(run < self.count, "there are {} runs, there is no run {run}", self.count);
         let (grid, sample) = (run / self.samples, run % self.samples);
         let mut point = Vec::with_capacity(self.targets.len());
@@ -232,7 +232,7 @@ impl Axes {
 
     /// Warnings for the user: one sentence for each axis with values outside the range that an FMU declares, and for
     /// sample counts that are probably unintended.
-    pub fn warnings(&self, study: &Study) -> Vec<String> {
+    pub(crate) fn warnings(&self, study: &Study) -> Vec<String> {
         let mut warnings = Vec::new();
         if study.distributions() > 0 && self.samples == 1 {
             warnings.push("samples = 1: each distribution has a single value; give the number of samples".into());
@@ -269,7 +269,7 @@ impl Axes {
     }
 
     /// The coordinates of an axis, as an index range.
-    pub fn coordinates(&self, axis: usize) -> Range<usize> {
+    pub(crate) fn coordinates(&self, axis: usize) -> Range<usize> {
         let first = self.axes[..axis].iter().map(|axis| axis.width).sum();
         first..first + self.axes[axis].width
     }

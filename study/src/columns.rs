@@ -24,7 +24,7 @@ pub(crate) struct Spill {
 
 impl Spill {
     /// Creates an empty store that keeps up to `most` bytes in memory, and its file in `folder`.
-    pub fn new(most: usize, folder: &Path) -> Spill {
+    pub(crate) fn new(most: usize, folder: &Path) -> Spill {
         Spill { file: RefCell::new(SpooledTempFile::new_in(most, folder)), end: 0, folder: folder.into() }
     }
 
@@ -32,7 +32,7 @@ impl Spill {
     ///
     /// # Errors
     /// The disk is full.
-    pub fn append<const N: usize>(&mut self, numbers: impl Iterator<Item = [u8; N]>) -> Result<u64> {
+    pub(crate) fn append<const N: usize>(&mut self, numbers: impl Iterator<Item = [u8; N]>) -> Result<u64> {
         let (begin, file) = (self.end, self.file.get_mut());
         let append = || {
             file.seek(SeekFrom::Start(begin))?;
@@ -52,7 +52,7 @@ impl Spill {
     ///
     /// # Errors
     /// They cannot be read.
-    pub fn read<const N: usize, T>(
+    pub(crate) fn read<const N: usize, T>(
         &self,
         at: u64,
         count: usize,
@@ -98,18 +98,18 @@ pub(crate) struct Columns {
 
 impl Columns {
     /// Creates columns without rows. About `most` values are kept in memory, the others in a file in `folder`.
-    pub fn new(width: usize, most: usize, folder: &Path) -> Columns {
+    pub(crate) fn new(width: usize, most: usize, folder: &Path) -> Columns {
         let block = (most / width.max(1)).max(1);
         Columns { block, count: 0, blocks: Spill::new(0, folder), last: vec![Vec::new(); width] }
     }
 
     /// The folder of the file.
-    pub fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Path {
         &self.blocks.folder
     }
 
     /// The number of rows.
-    pub fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
@@ -117,7 +117,7 @@ impl Columns {
     ///
     /// # Errors
     /// The disk is full.
-    pub fn push(&mut self, row: impl Iterator<Item = f64>) -> Result<()> {
+    pub(crate) fn push(&mut self, row: impl Iterator<Item = f64>) -> Result<()> {
         if self.last.first().is_some_and(|column| column.len() == self.block) {
             self.blocks.append(self.last.iter().flatten().map(|value| value.to_le_bytes()))?;
             self.last.iter_mut().for_each(Vec::clear);
@@ -144,7 +144,7 @@ impl Columns {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub fn column(&self, column: usize, rows: Range<u64>) -> Result<Cow<'_, [f64]>> {
+    pub(crate) fn column(&self, column: usize, rows: Range<u64>) -> Result<Cow<'_, [f64]>> {
         let (spilled, block) = (self.spilled(), self.block as u64);
         let in_memory =
             |rows: Range<u64>| &self.last[column][(rows.start - spilled) as usize..(rows.end - spilled) as usize];
@@ -168,7 +168,7 @@ impl Columns {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub fn row(&self, row: u64, columns: Range<usize>) -> Result<Vec<f64>> {
+    pub(crate) fn row(&self, row: u64, columns: Range<usize>) -> Result<Vec<f64>> {
         let mut values = Vec::with_capacity(columns.len());
         for column in columns {
             values.extend_from_slice(&self.column(column, row..row + 1)?);

@@ -60,7 +60,7 @@ pub(super) struct Abreast(Vec<Vec<f64>>);
 impl Abreast {
     /// Stores the values of one step in a column.
     #[inline]
-    pub fn push(&mut self, column: usize, values: &[f64], traces: &mut [Traces]) {
+    pub(crate) fn push(&mut self, column: usize, values: &[f64], traces: &mut [Traces]) {
         self.0[column].extend_from_slice(values);
         // Keep only what fits into the cache.
         if self.0[column].len() >= 512 {
@@ -78,7 +78,7 @@ impl Abreast {
     }
 
     /// Moves all buffered values to the traces.
-    pub fn finish(&mut self, traces: &mut [Traces]) {
+    pub(crate) fn finish(&mut self, traces: &mut [Traces]) {
         (0..self.0.len()).for_each(|column| self.give(column, traces));
     }
 }
@@ -86,7 +86,7 @@ impl Abreast {
 impl Traces {
     /// Stores the values of one step.
     #[inline(always)]
-    pub fn push(&mut self, row: &[f64]) {
+    pub(crate) fn push(&mut self, row: &[f64]) {
         for (column, value) in self.columns.iter_mut().zip(row) {
             column.push(*value);
         }
@@ -148,7 +148,7 @@ impl Measures {
     ///
     /// # Errors
     /// A signal, value or limit is wrong, with the remedy, or there is no figure at all.
-    pub fn new(study: &Study, system: &System, names: &Names, roles: Option<&Roles>) -> Result<Measures> {
+    pub(crate) fn new(study: &Study, system: &System, names: &Names, roles: Option<&Roles>) -> Result<Measures> {
         let mut columns = Columns { names, columns: Vec::new() };
         let mut measures = Measures {
             columns: Vec::new(),
@@ -293,24 +293,24 @@ impl Measures {
     }
 
     /// A buffer for runs side by side.
-    pub fn abreast(&self) -> Abreast {
+    pub(crate) fn abreast(&self) -> Abreast {
         Abreast(vec![Vec::new(); self.columns.len()])
     }
 
     /// Prepares the traces for a run.
-    pub fn begin(&self, traces: &mut Traces) {
+    pub(crate) fn begin(&self, traces: &mut Traces) {
         traces.columns.resize_with(self.columns.len(), Vec::new);
         traces.columns.iter_mut().for_each(Vec::clear);
     }
 
     /// The process value of a run at the steps of a trace.
-    pub fn process_values(&self, traces: &Traces) -> Vec<f64> {
+    pub(crate) fn process_values(&self, traces: &Traces) -> Vec<f64> {
         let column = self.loop_signals.as_ref().map(|signals| &traces.columns[signals.process_value]);
         traced(column.map_or(0, Vec::len)).filter_map(|step| Some(column?[step])).collect()
     }
 
     /// Computes the figures of a run with this plan.
-    pub fn end(&self, traces: &mut Traces, plan: &Plan) -> Vec<f64> {
+    pub(crate) fn end(&self, traces: &mut Traces, plan: &Plan) -> Vec<f64> {
         let Traces { times, columns } = traces;
         let steps = columns.first().map_or(0, Vec::len);
         times.extend((times.len()..steps).map(|step| plan.time(step)));

@@ -131,14 +131,14 @@ pub(crate) struct Permutation {
 
 impl Permutation {
     /// Creates the permutation for a seed and an axis.
-    pub fn new(seed: u64, axis: usize, count: u64) -> Permutation {
+    pub(crate) fn new(seed: u64, axis: usize, count: u64) -> Permutation {
         let bits = u64::BITS - count.saturating_sub(1).leading_zeros();
         let mut stream = stream(seed, axis, Use::Permutation);
         Permutation { count, half: bits.div_ceil(2).max(1), keys: std::array::from_fn(|_| stream.next_u64()) }
     }
 
     /// The image of a number below `count`.
-    pub fn image(&self, number: u64) -> u64 {
+    pub(crate) fn image(&self, number: u64) -> u64 {
         // The network permutes the numbers below a power of 4. Following its cycle until a number is below `count`
         // again permutes those below `count`.
         let mut number = self.network(number);

@@ -1,5 +1,7 @@
 //! A study makes runs of linked blocks side by side: each has the bits of a run alone.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::{Block, ContC};
 use fmu::table::Guid;
 use modeldescription::{Description, Interface, ModelDescription};

@@ -3,6 +3,7 @@
 //! The libraries have an allocator of their own that nobody outside can watch. So the code that they are made of is
 //! linked into this test, with an allocator that counts.
 
+#![allow(clippy::unwrap_used)]
 // A host calls C functions.
 #![allow(unsafe_code)]
 

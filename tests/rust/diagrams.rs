@@ -1,5 +1,7 @@
 //! The block diagrams in the documentation of the blocks: complete, and those of plants compute what the laws do.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::table::number;
 use blocks::{Block, EachBlock, Law, Role, for_each_block};
 use draw::diagram;

@@ -1,5 +1,7 @@
 //! The dialogs in the documentation of the blocks: all settings are in them, and those that they call unused are.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::{Block, EachBlock, Kind, Role, StaticRow, Time, Value, Word, for_each_block};
 use modeldescription::Table;
 use run::dialog::{self, Field};

@@ -3,6 +3,8 @@
 //!
 //! Each finding is one line, `file:line contains "what"`; below the findings follows what to do.
 
+#![allow(clippy::unwrap_used)]
+
 use cargo_metadata::{DependencyKind, MetadataCommand};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;

@@ -1,6 +1,8 @@
 //! Parameter files of the blocks: their tables against those that the manuals print, addresses of the instance data blocks
 //! included, and round trips of all blocks.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::table::number::number;
 use blocks::{EachBlock, StaticRow, StaticTable, Time, Value, for_each_block};
 use parameters::layout::addresses;

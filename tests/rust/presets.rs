@@ -1,5 +1,6 @@
 //! Presets through the C interface: where the library finds its start values, and what it makes of odd ones.
 
+#![allow(clippy::unwrap_used)]
 // A host calls C functions.
 #![allow(unsafe_code)]
 

@@ -15,7 +15,7 @@ use std::any::Any;
 const FEWEST: usize = 4;
 
 /// Combines instances; `None` if their next step is not the same ordinary one, or a variable cannot be read or set together.
-pub fn combine<'a, B: Block, G: abreast::Abreast<B>>(
+pub(crate) fn combine<'a, B: Block, G: abreast::Abreast<B>>(
     instances: Vec<&'a mut dyn Any>,
     wiring: &Wiring,
 ) -> Option<Box<dyn Abreast + 'a>> {

@@ -14,7 +14,7 @@ const START: &str = "start";
 /// The members with which a run begins: until its first call, a measuring chain has the value of the measured output,
 /// unless the user set another one. If a member cannot be started, the chain is left unchanged: the run reports the
 /// reason.
-pub fn begin_at_the_plant(home: &dyn Home, members: &[Member], connections: &[(String, String)]) -> Vec<Member> {
+pub(crate) fn begin_at_the_plant(home: &dyn Home, members: &[Member], connections: &[(String, String)]) -> Vec<Member> {
     let mut begun = members.to_vec();
     for place in 0..begun.len() {
         let Ok(description) = describe(home, &begun[place].fmu) else { continue };

@@ -3,7 +3,7 @@
 use crate::home::Home;
 use crate::message::{Entry, KnownLoop, LoopRole};
 use anyhow::Result;
-pub use doubles::{FOREIGN, Pid};
+pub(crate) use doubles::{FOREIGN, Pid};
 use modeldescription::{Description, Table};
 use run::component::Component;
 use run::fmus::Fmus;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// Blocks, and a foreign FMU.
 #[derive(Debug, Default)]
-pub struct TestHome {
+pub(crate) struct TestHome {
     fmus: doubles::TestHome,
     pub loops: Vec<KnownLoop>,
 }

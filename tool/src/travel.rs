@@ -19,7 +19,7 @@ const MOVE: f64 = 0.04;
 ///
 /// # Errors
 /// As for [`percent_of_a_call`], or the record does not reveal the plant.
-pub fn identify(
+pub(crate) fn identify(
     home: &dyn Home,
     record: &Record,
     signals: &Signals,
@@ -50,7 +50,7 @@ pub fn identify(
 ///
 /// # Errors
 /// The controller is not a step controller, or not all of its calls are recorded.
-pub fn percent_of_a_call(home: &dyn Home, record: &Record) -> Result<f64> {
+pub(crate) fn percent_of_a_call(home: &dyn Home, record: &Record) -> Result<f64> {
     Motor::new(home, record)?.percent_of_a_call(record)
 }
 
@@ -102,7 +102,7 @@ fn last(record: &Record, member: &str, setting: &str) -> Result<f64> {
 
 /// The distance that pulses up and down have moved the actuator, in percent; `percent` is the distance of a pulse of
 /// one call.
-pub fn total(pulses: &[Vec<bool>], percent: f64) -> f64 {
+pub(crate) fn total(pulses: &[Vec<bool>], percent: f64) -> f64 {
     let calls = |which: usize| pulses[which].iter().filter(|is_on| **is_on).count() as f64;
     percent * (calls(0) - calls(1))
 }

@@ -26,13 +26,13 @@ const CASES: [(&str, &str, &str); 6] = [
 ];
 
 /// Checks that valgrind is installed.
-pub fn ready() -> Result<()> {
+pub(crate) fn ready() -> Result<()> {
     let version = output(Command::new("valgrind").arg("--version"));
     version.context("--deep needs valgrind: on Debian and Ubuntu 'apt install valgrind'").map(|_| ())
 }
 
 /// Runs the tests. Python tests that are otherwise skipped need these variables.
-pub fn test(workspace: &Workspace, environment: &Environment, variables: &[(&str, OsString)]) -> Result<()> {
+pub(crate) fn test(workspace: &Workspace, environment: &Environment, variables: &[(&str, OsString)]) -> Result<()> {
     heading("Python tests that take long");
     let mut pytest = environment.python();
     pytest.args(["-m", "pytest", "tests", "-m", "deep", "-nauto", "--dist=loadfile"]);

@@ -12,14 +12,14 @@ use std::path::{Path, PathBuf};
 
 /// The options of the demo.
 #[derive(clap::Args, Clone, Debug, Default)]
-pub struct Options {
+pub(crate) struct Options {
     /// Loops to run, such as cascade; all if none is named
     #[arg(value_name = "NAME")]
     pub names: Vec<String>,
 }
 
 /// Packs the FMUs and runs the loops; each prints its figures.
-pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
+pub(crate) fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
     let loops = choose(find(&workspace.root.join("examples"))?, &options.names)?;
     let mut steps = Steps::new(2 + loops.len());
     let environment = Environment::ready(workspace)?;

@@ -10,7 +10,7 @@ use plcfmu::tool::make;
 
 /// The options of the site.
 #[derive(clap::Args, Clone, Debug, Default)]
-pub struct Options {
+pub(crate) struct Options {
     /// Where the site will be published, such as `https://example.org/plcfmu/`; for the sitemap and the page 404.html
     #[arg(long, value_name = "URL")]
     pub address: Option<String>,
@@ -21,7 +21,7 @@ pub struct Options {
 
 /// Packs the FMUs, builds the parameter tool, and writes the site with both. If the tool's engine cannot be compiled,
 /// the site is built without it.
-pub fn docs(workspace: &Workspace, options: &Options) -> Result<()> {
+pub(crate) fn docs(workspace: &Workspace, options: &Options) -> Result<()> {
     let mut steps = Steps::new(3);
     let mut python = Environment::ready(workspace)?.python();
     steps.begin("FMUs");

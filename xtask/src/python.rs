@@ -29,7 +29,7 @@ const WITHOUT: &str = "'cargo xtask fmu --native' needs no Python";
 
 /// The environment, ready for use.
 #[derive(Debug)]
-pub struct Environment {
+pub(crate) struct Environment {
     folder: PathBuf,
 }
 
@@ -44,7 +44,7 @@ struct Python {
 
 impl Environment {
     /// Returns the environment of a workspace, creating it if it is missing or out of date.
-    pub fn ready(workspace: &Workspace) -> Result<Environment> {
+    pub(crate) fn ready(workspace: &Workspace) -> Result<Environment> {
         Environment::made_with(&find()?, workspace)
     }
 
@@ -104,12 +104,12 @@ impl Environment {
     }
 
     /// Its programs.
-    pub fn programs(&self) -> PathBuf {
+    pub(crate) fn programs(&self) -> PathBuf {
         self.folder.join(if cfg!(windows) { "Scripts" } else { "bin" })
     }
 
     /// A command that runs the environment's Python, with its programs first on PATH.
-    pub fn python(&self) -> Command {
+    pub(crate) fn python(&self) -> Command {
         let mut command = Command::new(self.programs().join("python").with_extension(std::env::consts::EXE_EXTENSION));
         let path = std::env::var_os("PATH").unwrap_or_default();
         let folders = std::iter::once(self.programs()).chain(std::env::split_paths(&path));
@@ -121,7 +121,7 @@ impl Environment {
     }
 
     /// The folder of a package's files.
-    pub fn package(&self, name: &str) -> Result<PathBuf> {
+    pub(crate) fn package(&self, name: &str) -> Result<PathBuf> {
         let script =
             "import importlib.util, sys; print(importlib.util.find_spec(sys.argv[1]).submodule_search_locations[0])";
         Ok(output(self.python().args(["-c", script, name]))?.trim().into())

@@ -10,7 +10,7 @@ use toml::Table;
 
 /// The release to make.
 #[derive(clap::Args, Clone, Debug, Default)]
-pub struct Options {
+pub(crate) struct Options {
     /// The version to release, such as 0.2.0; that of Cargo.toml by default
     pub version: Option<String>,
     /// Only check; change nothing
@@ -54,7 +54,7 @@ struct Sources {
 
 /// Checks the release, creates its commit and tag unless only checks are requested, and lists the remaining manual
 /// steps.
-pub fn release(workspace: &Workspace, options: &Options) -> Result<()> {
+pub(crate) fn release(workspace: &Workspace, options: &Options) -> Result<()> {
     let root = &workspace.root;
     let sources = Sources::read(root)?;
     let current = sources.version()?;

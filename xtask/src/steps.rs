@@ -4,19 +4,19 @@ use plcfmu::command::heading;
 
 /// The steps of a command.
 #[derive(Debug)]
-pub struct Steps {
+pub(crate) struct Steps {
     begun: usize,
     count: usize,
 }
 
 impl Steps {
     /// Announces this many steps.
-    pub fn new(count: usize) -> Steps {
+    pub(crate) fn new(count: usize) -> Steps {
         Steps { begun: 0, count }
     }
 
     /// Starts the next step.
-    pub fn begin(&mut self, step: &str) {
+    pub(crate) fn begin(&mut self, step: &str) {
         self.begun += 1;
         heading(&self.title(step));
     }

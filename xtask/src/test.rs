@@ -19,7 +19,7 @@ use std::process::Command;
 
 /// The extent of testing.
 #[derive(clap::Args, Clone, Debug, Default)]
-pub struct Options {
+pub(crate) struct Options {
     /// Also run the tests that take long, all under valgrind, and the random ones with far more cases (an hour more)
     #[arg(long)]
     pub deep: bool,
@@ -32,7 +32,7 @@ pub struct Options {
 }
 
 /// Runs the tests.
-pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
+pub(crate) fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     // Checks first for anything that may be missing, so that the user does not wait for it.
     if options.deep {
         deep::ready()?;

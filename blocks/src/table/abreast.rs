@@ -218,6 +218,7 @@ macro_rules! lane {
             use $crate::table::abreast::Lane;
 
             /// The lanes of each field.
+            #[allow(unreachable_pub)]
             pub struct Lanes $(where $(for<'always> $Part: Lane,)*)? { $(
                 /// The lanes of the field with this name.
                 pub $field: <$Type as Lane>::Lanes,

@@ -60,6 +60,8 @@ macro_rules! block {
     ) => {
         $(#[doc = $docs])*
         #[derive(Clone, Debug)]
+        // A block of a test may stand in a private module.
+        #[allow(unreachable_pub)]
         pub struct $Block {
             $($(
                 $(#[doc = $doc])*
@@ -82,6 +84,7 @@ macro_rules! block {
         $(
             #[doc = concat!("What `", $NAME, "` keeps from call to call.")]
             #[derive(Clone, Debug, Default)]
+            #[allow(unreachable_pub)]
             pub struct $Memory { $(
                 $(#[doc = $memory_doc])*
                 pub $memory: $memory_type,
@@ -111,6 +114,7 @@ macro_rules! block {
         impl $Block {
             /// Sets outputs, locals and memory to 0 / FALSE; does not touch the inner blocks.
             #[inline(always)]
+            #[allow(unreachable_pub)]
             pub fn clear(&mut self) {
                 $($( $crate::block!(@clear $section self.$name); )*)*
                 $( self.$mean = 0.0; )?

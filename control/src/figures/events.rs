@@ -33,7 +33,7 @@ pub(super) struct Event {
 }
 
 impl Event {
-    pub fn is_step(&self) -> bool {
+    pub(super) fn is_step(&self) -> bool {
         self.cause != Cause::Disturbance
     }
 }

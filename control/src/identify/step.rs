@@ -59,7 +59,7 @@ struct Move {
 
 impl Step {
     /// Returns the last step of a record.
-    pub fn new(recorded: &Recorded, is_integrating: bool) -> Result<Step> {
+    pub(super) fn new(recorded: &Recorded, is_integrating: bool) -> Result<Step> {
         check(recorded)?;
         let Recorded { times, output, .. } = *recorded;
         let means = means_of_pulses(times, recorded.input);
@@ -108,33 +108,33 @@ impl Step {
     }
 
     /// The time between two samples.
-    pub fn interval(&self) -> f64 {
+    pub(super) fn interval(&self) -> f64 {
         self.duration() / (self.times.len() - 1) as f64
     }
 
     /// Returns the time from the step to the end of the record.
-    pub fn duration(&self) -> f64 {
+    pub(super) fn duration(&self) -> f64 {
         self.times[self.times.len() - 1]
     }
 
     /// Returns the level and drift that were subtracted from a sample of the process value.
-    pub fn level(&self, at: usize) -> f64 {
+    pub(super) fn level(&self, at: usize) -> f64 {
         self.before.0 + self.before.1 * self.times[at]
     }
 
     /// Returns the mean of the last tenth of the record: the new level, if the response has settled.
-    pub fn end(&self) -> f64 {
+    pub(super) fn end(&self) -> f64 {
         let tail = &self.values[self.values.len() - (self.values.len() / 10).max(1)..];
         tail.iter().sum::<f64>() / tail.len() as f64
     }
 
     /// Returns the time, in seconds after the step, at which this fraction of the response is first reached.
-    pub fn reaches(&self, part: f64) -> Option<f64> {
+    pub(super) fn reaches(&self, part: f64) -> Option<f64> {
         self.crossing(&self.smoothed(), part * self.end())
     }
 
     /// Returns the time at which values first cross a level.
-    pub fn crossing(&self, values: &[f64], level: f64) -> Option<f64> {
+    pub(super) fn crossing(&self, values: &[f64], level: f64) -> Option<f64> {
         let sign = level.signum();
         let at = values.iter().position(|value| value * sign >= level * sign)?;
         let Some(before) = at.checked_sub(1) else { return Some(self.times[0]) };
@@ -144,7 +144,7 @@ impl Step {
 
     /// Returns the values with most of their noise removed: means over enough neighbours to reduce it to a percent of
     /// the response, but over at most a hundredth of the record.
-    pub fn smoothed(&self) -> Vec<f64> {
+    pub(super) fn smoothed(&self) -> Vec<f64> {
         let wanted = (self.noise / (0.01 * self.end().abs())).powi(2);
         let most = self.values.len() as f64 / 100.0;
         let half = (wanted.min(most) / 2.0).ceil() as usize;
@@ -166,7 +166,7 @@ impl Step {
     /// Replaces each value by a parabola fitted through its neighbours, as long as no more than noise and rounding is
     /// lost. The response of a plant slows down with time, so the number of neighbours grows with the time since the
     /// response began.
-    pub fn smooth(&mut self) {
+    pub(super) fn smooth(&mut self) {
         let lost = self.noise.max(resolution(&self.values) / 12.0_f64.sqrt());
         let Some(begin) = self.values.iter().position(|value| value.abs() > 4.0 * lost) else { return };
         for part in [6, 12, 24, 48] {
@@ -190,7 +190,7 @@ impl Step {
     }
 
     /// Rejects a record in which the response has not settled.
-    pub fn require_end(&self, method: &str) -> Result<()> {
+    pub(super) fn require_end(&self, method: &str) -> Result<()> {
         let unrest = self.unrest();
         if unrest > SETTLED {
             bail!(

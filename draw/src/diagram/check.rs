@@ -10,7 +10,7 @@ use blocks::{Kind, Role};
 use modeldescription::{Row, Table};
 
 /// A diagram that matches its table.
-pub struct Checked<'a> {
+pub(super) struct Checked<'a> {
     pub diagram: Diagram,
     pub table: &'a Table,
 }
@@ -21,7 +21,7 @@ impl<'a> Checked<'a> {
     /// # Errors
     /// The diagram lacks a terminal, shows something that is not one, or parts of it overlap. The error names the line
     /// and the remedy.
-    pub fn check(mut diagram: Diagram, source: &str, table: &'a Table) -> Result<Checked<'a>> {
+    pub(super) fn check(mut diagram: Diagram, source: &str, table: &'a Table) -> Result<Checked<'a>> {
         name_signals(&mut diagram);
         let checked = Checked { diagram, table };
         let at = |(line, what): (usize, String)| {
@@ -37,12 +37,12 @@ impl<'a> Checked<'a> {
     }
 
     /// The variable of that name.
-    pub fn row(&self, name: &str) -> Option<&'a Row> {
+    pub(super) fn row(&self, name: &str) -> Option<&'a Row> {
         row(self.table, name)
     }
 
     /// Whether the variable is a Boolean.
-    pub fn is_boolean(&self, name: &str) -> bool {
+    pub(super) fn is_boolean(&self, name: &str) -> bool {
         self.row(name).is_some_and(|row| row.kind == Kind::Bool)
     }
 
@@ -166,7 +166,7 @@ fn row<'a>(table: &'a Table, name: &str) -> Option<&'a Row> {
 }
 
 /// The start value shown for a variable: that of a setting; empty for a signal.
-pub fn start(table: &Table, name: &str) -> String {
+pub(super) fn start(table: &Table, name: &str) -> String {
     match row(table, name) {
         Some(row) if matches!(row.role, Role::Parameter | Role::Fixed | Role::Cycle) => text::value(row, row.start()),
         _ => String::new(),

@@ -149,7 +149,7 @@ struct Value<'a> {
 ///
 /// # Errors
 /// The template cannot be rendered.
-pub fn svg(checked: &Checked, prefix: &str, is_linked: bool) -> anyhow::Result<String> {
+pub(super) fn svg(checked: &Checked, prefix: &str, is_linked: bool) -> anyhow::Result<String> {
     let elements = &checked.diagram.elements;
     let area = extent(checked);
     let mut drawing = Drawing {

@@ -4,45 +4,45 @@ use super::symbol::Symbol;
 use super::wire::Wire;
 
 /// The grid unit in pixels.
-pub const GRID: f64 = 10.0;
+pub(super) const GRID: f64 = 10.0;
 /// The width of a character in the 12-pixel monospaced font of terminals and titles.
-pub const CHARACTER: f64 = 12.0 * 0.602;
+pub(super) const CHARACTER: f64 = 12.0 * 0.602;
 /// The width of a character in the 11-pixel font of settings, labels and values.
-pub const SMALL_CHARACTER: f64 = 11.0 * 0.602;
+pub(super) const SMALL_CHARACTER: f64 = 11.0 * 0.602;
 /// The width of a character in the 10-pixel font of contacts.
-pub const LABEL_CHARACTER: f64 = 10.0 * 0.602;
+pub(super) const LABEL_CHARACTER: f64 = 10.0 * 0.602;
 /// The height of a terminal.
-pub const TERMINAL: f64 = 18.0;
+pub(super) const TERMINAL: f64 = 18.0;
 /// The space below a terminal for its value.
-pub const VALUE: f64 = 12.0;
+pub(super) const VALUE: f64 = 12.0;
 /// The height of a box's title.
-pub const TITLE: f64 = 18.0;
+pub(super) const TITLE: f64 = 18.0;
 /// Half the height of the part of a box that contains the symbol.
-pub const HALF_SYMBOL: f64 = 17.0;
+pub(super) const HALF_SYMBOL: f64 = 17.0;
 /// The height of a setting in a box.
-pub const SETTING: f64 = 16.0;
+pub(super) const SETTING: f64 = 16.0;
 /// The minimum space for a setting's value, in characters.
-pub const LEAST_VALUE: usize = 5;
+pub(super) const LEAST_VALUE: usize = 5;
 /// The height of a line of text in a box.
-pub const LINE: f64 = 14.0;
+pub(super) const LINE: f64 = 14.0;
 /// The distance between pins of an inner block.
-pub const PIN: f64 = 20.0;
+pub(super) const PIN: f64 = 20.0;
 /// The radius of a summing point.
-pub const RADIUS: f64 = 9.0;
+pub(super) const RADIUS: f64 = 9.0;
 /// The distances from a switch to its contacts, and to its control terminal.
-pub const CONTACT: (f64, f64) = (20.0, 10.0);
-pub const CONTROL: f64 = 36.0;
+pub(super) const CONTACT: (f64, f64) = (20.0, 10.0);
+pub(super) const CONTROL: f64 = 36.0;
 
 /// A position in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub(super) struct Point {
     pub x: f64,
     pub y: f64,
 }
 
 /// A rectangle of the drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Area {
+pub(super) struct Area {
     pub left: f64,
     pub top: f64,
     pub right: f64,
@@ -50,7 +50,7 @@ pub struct Area {
 }
 
 impl Area {
-    pub fn around(at: Point, width: f64, height: f64) -> Area {
+    pub(super) fn around(at: Point, width: f64, height: f64) -> Area {
         Area {
             left: at.x - width / 2.0,
             top: at.y - height / 2.0,
@@ -60,7 +60,7 @@ impl Area {
     }
 
     /// Whether two areas share more than a border.
-    pub fn overlaps(&self, other: &Area) -> bool {
+    pub(super) fn overlaps(&self, other: &Area) -> bool {
         const BORDER: f64 = 0.6;
         self.left + BORDER < other.right
             && other.left + BORDER < self.right
@@ -71,7 +71,7 @@ impl Area {
 
 /// A block diagram.
 #[derive(Debug, Default, PartialEq)]
-pub struct Diagram {
+pub(super) struct Diagram {
     pub icon: Option<Icon>,
     pub elements: Vec<Element>,
     pub wires: Vec<Wire>,
@@ -81,14 +81,14 @@ pub struct Diagram {
 
 /// The icon of a block for small spaces.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Icon {
+pub(super) enum Icon {
     Symbol(&'static Symbol),
     Text(String),
 }
 
 /// An element of the drawing; the shape determines where `at` is in it.
 #[derive(Debug, PartialEq)]
-pub struct Element {
+pub(super) struct Element {
     /// Its line in the description, from 1.
     pub line: usize,
     /// The name by which wires refer to it; empty if they cannot.
@@ -99,7 +99,7 @@ pub struct Element {
 
 /// The shape of an element.
 #[derive(Debug, PartialEq)]
-pub enum Shape {
+pub(super) enum Shape {
     /// An input terminal; `at` is the middle of its left edge.
     Input,
     /// An output terminal; `at` is the middle of its left edge.
@@ -120,7 +120,7 @@ pub enum Shape {
 
 /// The contents of a box.
 #[derive(Debug, PartialEq)]
-pub enum Content {
+pub(super) enum Content {
     Symbol(&'static Symbol),
     Lines(Vec<String>),
     /// The inputs and outputs of an inner block; wires connect to them by name.
@@ -132,14 +132,14 @@ pub enum Content {
 
 /// A variable that acts on a box.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DrawnSetting {
+pub(super) struct DrawnSetting {
     pub name: String,
     /// Its start value, once the table is known.
     pub start: String,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Side {
+pub(super) enum Side {
     Left,
     Right,
     Top,
@@ -147,14 +147,14 @@ pub enum Side {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Sign {
+pub(super) enum Sign {
     Plus,
     Minus,
 }
 
 /// The position of the terminal that controls a switch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Control {
+pub(super) enum Control {
     Above,
     Below,
     /// The terminal belongs to another switch of the same variable.
@@ -162,19 +162,19 @@ pub enum Control {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Anchor {
+pub(super) enum Anchor {
     Start,
     Middle,
     End,
 }
 
 impl Side {
-    pub const ALL: [(&'static str, Side); 4] =
+    pub(super) const ALL: [(&'static str, Side); 4] =
         [("left", Side::Left), ("right", Side::Right), ("top", Side::Top), ("bottom", Side::Bottom)];
 }
 
 /// The width of a monospaced text.
-pub fn width(text: &str, character: f64) -> f64 {
+pub(super) fn width(text: &str, character: f64) -> f64 {
     text.chars().count() as f64 * character
 }
 
@@ -184,12 +184,12 @@ fn even(width: f64) -> f64 {
 
 impl Element {
     /// The width of a variable's terminal.
-    pub fn terminal_width(name: &str) -> f64 {
+    pub(super) fn terminal_width(name: &str) -> f64 {
         even(width(name, CHARACTER) + 15.0)
     }
 
     /// The areas of the drawing that belong exclusively to this element.
-    pub fn areas(&self) -> Vec<Area> {
+    pub(super) fn areas(&self) -> Vec<Area> {
         let Point { x, y } = self.at;
         match &self.shape {
             Shape::Input | Shape::Output => vec![Area {
@@ -236,7 +236,7 @@ impl Element {
     }
 
     /// The rectangle of a box, or the area around `at` of any other element.
-    pub fn body(&self) -> Area {
+    pub(super) fn body(&self) -> Area {
         let Shape::Box { content, settings } = &self.shape else { return Area::around(self.at, 0.0, 0.0) };
         let row = |setting: &DrawnSetting| {
             let value = setting.start.chars().count().max(LEAST_VALUE) + 1;
@@ -266,12 +266,12 @@ impl Element {
     }
 
     /// Whether wires can start or end at the element.
-    pub fn has_wires(&self) -> bool {
+    pub(super) fn has_wires(&self) -> bool {
         !matches!(self.shape, Shape::Text { .. } | Shape::Value | Shape::Frame { .. })
     }
 
     /// The variable that controls a switch.
-    pub fn variable(&self) -> Option<&str> {
+    pub(super) fn variable(&self) -> Option<&str> {
         match &self.shape {
             Shape::Switch { variable, .. } => Some(variable),
             _ => None,
@@ -279,7 +279,7 @@ impl Element {
     }
 
     /// The vertical position of a switch's contact for FALSE or TRUE.
-    pub fn contact(&self, is_true: bool) -> Option<f64> {
+    pub(super) fn contact(&self, is_true: bool) -> Option<f64> {
         match &self.shape {
             Shape::Switch { true_is_upper, .. } => {
                 Some(self.at.y + if is_true == *true_is_upper { -CONTACT.1 } else { CONTACT.1 })
@@ -289,7 +289,7 @@ impl Element {
     }
 
     /// The middle of the terminal that controls a switch.
-    pub fn control(&self) -> Option<Point> {
+    pub(super) fn control(&self) -> Option<Point> {
         let Shape::Switch { control, .. } = &self.shape else { return None };
         let away = match control {
             Control::Above => -CONTROL,
@@ -300,7 +300,7 @@ impl Element {
     }
 
     /// The point at which a wire connects to a pin of an inner block.
-    pub fn pin(&self, name: &str) -> Option<Point> {
+    pub(super) fn pin(&self, name: &str) -> Option<Point> {
         let Shape::Box { content: Content::Pins { inputs, outputs }, .. } = &self.shape else { return None };
         let area = self.body();
         let place = |names: &[String], x: f64| {
@@ -311,13 +311,13 @@ impl Element {
     }
 
     /// The vertical position of the uppermost pins.
-    pub fn first_pin(&self) -> f64 {
+    pub(super) fn first_pin(&self) -> f64 {
         self.body().top + TITLE + PIN / 2.0
     }
 
     /// The point at which a wire connects to this side of the element, `offset` pixels to the right of its middle or
     /// below it.
-    pub fn side(&self, side: Side, offset: f64) -> Option<Point> {
+    pub(super) fn side(&self, side: Side, offset: f64) -> Option<Point> {
         let Point { x, y } = self.at;
         let area = match &self.shape {
             Shape::Box { .. } => self.body(),
@@ -341,7 +341,7 @@ impl Element {
 impl Diagram {
     /// The variables shown in the diagram, each with its element; a variable that controls several switches is listed
     /// once.
-    pub fn terminals(&self) -> Vec<(&str, &Element)> {
+    pub(super) fn terminals(&self) -> Vec<(&str, &Element)> {
         let mut terminals = Vec::new();
         for element in &self.elements {
             match &element.shape {
@@ -359,7 +359,7 @@ impl Diagram {
     }
 
     /// The index of the element with this name.
-    pub fn find(&self, name: &str) -> Option<usize> {
+    pub(super) fn find(&self, name: &str) -> Option<usize> {
         self.elements.iter().position(|element| element.has_wires() && element.name == name)
     }
 }

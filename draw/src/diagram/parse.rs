@@ -13,7 +13,7 @@ const KEYWORDS: [&str; 9] = ["icon", "input", "output", "box", "sum", "switch", 
 /// # Errors
 /// A line has a syntax error or names an unknown element, or a wire does not fit. The error names the line, its text
 /// and the remedy.
-pub fn parse(text: &str, start: impl Fn(&str) -> String) -> Result<Diagram> {
+pub(super) fn parse(text: &str, start: impl Fn(&str) -> String) -> Result<Diagram> {
     let mut diagram = Diagram::default();
     let mut wires = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
@@ -46,7 +46,7 @@ pub fn parse(text: &str, start: impl Fn(&str) -> String) -> Result<Diagram> {
 }
 
 /// The error for a line.
-pub fn wrong(number: usize, line: &str, error: &anyhow::Error) -> anyhow::Error {
+pub(super) fn wrong(number: usize, line: &str, error: &anyhow::Error) -> anyhow::Error {
     anyhow!("line {number} of the diagram, `{line}`, {error:#}")
 }
 

@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 
 /// A wire from an element, or from a point on another wire, to an element.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wire {
+pub(super) struct Wire {
     /// Its line in the description, from 1.
     pub line: usize,
     /// The index of its signal in the diagram.
@@ -42,13 +42,13 @@ enum Place<'a> {
 }
 
 /// Parses `12,7` in grid units.
-pub fn point(text: &str) -> Option<Point> {
+pub(super) fn point(text: &str) -> Option<Point> {
     let (x, y) = text.split_once(',')?;
     Some(Point { x: number(x)? * GRID, y: number(y)? * GRID })
 }
 
 /// Parses a number in the range that a drawing can have.
-pub fn number(text: &str) -> Option<f64> {
+pub(super) fn number(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite() && number.abs() <= 1000.0)
 }
 
@@ -96,7 +96,7 @@ impl<'a> Word<'a> {
 impl Diagram {
     /// Adds the wires described by a line: `A > B`, `A > x12 > B.top > C`, or `12,7 > C`, which branches off the wire
     /// at that point. After `PV:` they carry that variable, after `dashed` they are dashed.
-    pub fn add_wires(&mut self, line: usize, text: &str) -> Result<()> {
+    pub(super) fn add_wires(&mut self, line: usize, text: &str) -> Result<()> {
         let (is_dashed, text) = match text.strip_prefix("dashed ") {
             Some(text) => (true, text),
             None => (false, text),
@@ -272,7 +272,7 @@ fn is_same(a: f64, b: f64) -> bool {
 }
 
 /// Whether a line through these points passes through `at`.
-pub fn passes(points: &[Point], at: Point) -> bool {
+pub(super) fn passes(points: &[Point], at: Point) -> bool {
     points.windows(2).any(|ends| {
         let between = |a: f64, b: f64, x: f64| a.min(b) - 0.01 <= x && x <= a.max(b) + 0.01;
         between(ends[0].x, ends[1].x, at.x) && between(ends[0].y, ends[1].y, at.y)

@@ -10,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 
 /// The place of a row in the memory.
 #[derive(Clone, Copy, Debug)]
-pub struct RowMemory {
+pub(crate) struct RowMemory {
     pub ty: Scalar,
     pub offset: usize,
     pub held: Held,
@@ -64,7 +64,7 @@ impl TextPlace {
 }
 
 /// The variables that a host sees, and their places in the memory.
-pub struct Shown {
+pub(crate) struct Shown {
     pub table: Table,
     /// The place of each row but that of the cycle.
     pub places: Vec<RowMemory>,
@@ -76,7 +76,7 @@ pub struct Shown {
 
 /// Which value a row holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Held {
+pub(crate) enum Held {
     /// That of the program.
     Memory,
     /// The host's value before each call, for a variable that the program also writes.
@@ -98,7 +98,7 @@ const CYCLE: &str = "CYCLE";
 ///
 /// # Errors
 /// The manifest contains a name that the program does not have, or makes a text an input that the program writes.
-pub fn build(
+pub(crate) fn build(
     manifest: &Manifest,
     compiled: &Compiled,
     root: &Root,
@@ -333,7 +333,7 @@ fn suffixed(name: &str, suffix: &str) -> String {
 }
 
 /// An identifier of C: other characters become underscores.
-pub fn identifier(name: &str) -> String {
+pub(crate) fn identifier(name: &str) -> String {
     let mut identifier: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !identifier.starts_with(|c: char| c.is_ascii_alphabetic()) {
         identifier.insert(0, '_');

@@ -7,7 +7,7 @@ use std::process::ExitStatus;
 const MOST_PRINTED: usize = 4096;
 
 /// The last bytes of a stream.
-pub fn last_bytes(mut from: impl Read) -> Vec<u8> {
+pub(super) fn last_bytes(mut from: impl Read) -> Vec<u8> {
     let (mut last, mut read) = (Vec::new(), [0; MOST_PRINTED]);
     while let Ok(count @ 1..) = from.read(&mut read) {
         last.extend_from_slice(&read[..count]);
@@ -17,7 +17,7 @@ pub fn last_bytes(mut from: impl Read) -> Vec<u8> {
 }
 
 /// A description of how a process has ended, to follow the name of the FMU.
-pub fn how(status: Option<ExitStatus>) -> String {
+pub(super) fn how(status: Option<ExitStatus>) -> String {
     let Some(status) = status else { return "ended its process".into() };
     #[cfg(unix)]
     if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {

@@ -15,7 +15,7 @@ const ERROR: c_int = 2;
 ///
 /// # Errors
 /// The process has no standard output, or standard error cannot be duplicated onto it.
-pub fn take() -> io::Result<File> {
+pub(super) fn take() -> io::Result<File> {
     let own = copy()?;
     // SAFETY: both are file descriptors; the C library checks that they are open.
     if unsafe { dup2(ERROR, OUTPUT) } < 0 {

@@ -24,7 +24,7 @@ pub(super) struct Instance {
 
 impl Instance {
     /// Calls `fmi2Instantiate`; `None` if the FMU refuses. The messages must outlive the instance.
-    pub fn new(
+    pub(super) fn new(
         library: &Library,
         name: &CStr,
         guid: &CStr,
@@ -55,27 +55,27 @@ impl Instance {
         (!component.is_null()).then_some(Instance { library, component, integers: Vec::new(), _callbacks: callbacks })
     }
 
-    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), Failed> {
+    pub(super) fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), Failed> {
         let (defined, stop) = (c_int::from(stop.is_some()), stop.unwrap_or(0.0));
         // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.setup_experiment)(self.component, 0, 0.0, start, defined, stop) };
         done("fmi2SetupExperiment", status)
     }
 
-    pub fn enter_initialization(&mut self) -> Result<(), Failed> {
+    pub(super) fn enter_initialization(&mut self) -> Result<(), Failed> {
         // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.enter_initialization_mode)(self.component) };
         done("fmi2EnterInitializationMode", status)
     }
 
-    pub fn exit_initialization(&mut self) -> Result<(), Failed> {
+    pub(super) fn exit_initialization(&mut self) -> Result<(), Failed> {
         // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.exit_initialization_mode)(self.component) };
         done("fmi2ExitInitializationMode", status)
     }
 
     #[inline]
-    pub fn step(&mut self, time: f64, size: f64) -> Result<(), Stopped> {
+    pub(super) fn step(&mut self, time: f64, size: f64) -> Result<(), Stopped> {
         // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.do_step)(self.component, time, size, 1) };
         if status == 0 || status == WARNING {
@@ -94,26 +94,26 @@ impl Instance {
         status == 0 && value != 0
     }
 
-    pub fn terminate(&mut self) -> Result<(), Failed> {
+    pub(super) fn terminate(&mut self) -> Result<(), Failed> {
         // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.terminate)(self.component) };
         done("fmi2Terminate", status)
     }
 
-    pub fn reset(&mut self) -> Result<(), Failed> {
+    pub(super) fn reset(&mut self) -> Result<(), Failed> {
         // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.reset)(self.component) };
         done("fmi2Reset", status)
     }
 
     /// Frees the instance, which must not be called afterwards.
-    pub fn free(&mut self) {
+    pub(super) fn free(&mut self) {
         // SAFETY: the component belongs to this instance and is not used afterwards.
         unsafe { (self.library.free_instance)(self.component) }
     }
 
     #[inline]
-    pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
+    pub(super) fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
         let (from, count) = (references.as_ptr(), references.len());
         if kind == Type::Real {
             // SAFETY: the component belongs to this instance and is alive; there are `count` references and space for
@@ -147,7 +147,7 @@ impl Instance {
     }
 
     #[inline]
-    pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
+    pub(super) fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
         let (to, count) = (references.as_ptr(), references.len());
         if kind == Type::Real {
             // SAFETY: the component belongs to this instance and is alive; there are `count` references and as many

@@ -112,7 +112,7 @@ impl Plain for Boolean {
 
 impl Instance {
     /// Calls `fmi3InstantiateCoSimulation`; `None` if the FMU refuses. The messages must outlive the instance.
-    pub fn new(
+    pub(super) fn new(
         library: &Library,
         name: &CStr,
         token: &CStr,
@@ -159,12 +159,12 @@ impl Instance {
         })
     }
 
-    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), Failed> {
+    pub(super) fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), Failed> {
         self.times = (start, stop);
         Ok(())
     }
 
-    pub fn enter_initialization(&mut self) -> Result<(), Failed> {
+    pub(super) fn enter_initialization(&mut self) -> Result<(), Failed> {
         let (start, stop) = self.times;
         let (is_defined, stop) = (stop.is_some(), stop.unwrap_or(0.0));
         let enter = self.library.enter_initialization_mode;
@@ -173,14 +173,14 @@ impl Instance {
         done("fmi3EnterInitializationMode", status)
     }
 
-    pub fn exit_initialization(&mut self) -> Result<(), Failed> {
+    pub(super) fn exit_initialization(&mut self) -> Result<(), Failed> {
         // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.exit_initialization_mode)(self.component) };
         self.is_in_event_mode = self.has_events;
         done("fmi3ExitInitializationMode", status)
     }
 
-    pub fn enter_events(&mut self) -> Result<(), Failed> {
+    pub(super) fn enter_events(&mut self) -> Result<(), Failed> {
         if self.is_in_event_mode {
             return Ok(());
         }
@@ -191,7 +191,7 @@ impl Instance {
         Ok(())
     }
 
-    pub fn update(&mut self) -> Result<Update, Stopped> {
+    pub(super) fn update(&mut self) -> Result<Update, Stopped> {
         let (mut again, mut ends, mut nominals, mut values, mut is_next, mut next) = (0, 0, 0, 0, 0, 0.0);
         // SAFETY: the component belongs to this instance and is alive; there is space for each value.
         let status = unsafe {
@@ -215,7 +215,7 @@ impl Instance {
         Ok(Update { is_needed: again != 0, next: (is_next != 0).then_some(next) })
     }
 
-    pub fn leave_events(&mut self) -> Result<(), Failed> {
+    pub(super) fn leave_events(&mut self) -> Result<(), Failed> {
         if !self.is_in_event_mode {
             return Ok(());
         }
@@ -227,7 +227,7 @@ impl Instance {
     }
 
     #[inline]
-    pub fn step(&mut self, time: f64, size: f64) -> Result<(), Stopped> {
+    pub(super) fn step(&mut self, time: f64, size: f64) -> Result<(), Stopped> {
         let end = time + size;
         let (mut at, mut left) = (time, size);
         let mut ends = 0;
@@ -289,13 +289,13 @@ impl Instance {
         Err(Stopped::Astray(format!("fmi3UpdateDiscreteStates requested more than {MOST_UPDATES} calls")))
     }
 
-    pub fn terminate(&mut self) -> Result<(), Failed> {
+    pub(super) fn terminate(&mut self) -> Result<(), Failed> {
         // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.terminate)(self.component) };
         done("fmi3Terminate", status)
     }
 
-    pub fn reset(&mut self) -> Result<(), Failed> {
+    pub(super) fn reset(&mut self) -> Result<(), Failed> {
         // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.reset)(self.component) };
         self.is_in_event_mode = false;
@@ -306,13 +306,13 @@ impl Instance {
     }
 
     /// Frees the instance, which must not be called afterwards.
-    pub fn free(&mut self) {
+    pub(super) fn free(&mut self) {
         // SAFETY: the component belongs to this instance and is not used afterwards.
         unsafe { (self.library.free_instance)(self.component) }
     }
 
     #[inline]
-    pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
+    pub(super) fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
         if self.arrays.is_empty() {
             return self.get(kind, references, values);
         }
@@ -340,7 +340,7 @@ impl Instance {
     }
 
     #[inline]
-    pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
+    pub(super) fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
         if self.arrays.is_empty() {
             return self.set(kind, references, values);
         }

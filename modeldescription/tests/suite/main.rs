@@ -1,5 +1,7 @@
 //! The guarantees of the crate, with a test for each clause.
 
+#![allow(clippy::unwrap_used)]
+
 mod check;
 mod description;
 mod random;

@@ -11,7 +11,7 @@ fn source_files(names: &[&str]) -> Vec<SourceFile> {
 }
 
 /// A variable with only the required attributes.
-pub fn variable(name: &str, value_reference: u32, typed: Typed) -> Variable {
+pub(crate) fn variable(name: &str, value_reference: u32, typed: Typed) -> Variable {
     Variable {
         name: name.into(),
         value_reference,
@@ -24,12 +24,12 @@ pub fn variable(name: &str, value_reference: u32, typed: Typed) -> Variable {
     }
 }
 
-pub fn unknown(index: u32) -> Unknown {
+pub(crate) fn unknown(index: u32) -> Unknown {
     Unknown { index, dependencies: Some(Vec::new()), dependencies_kind: None }
 }
 
 /// A model with one variable, an output.
-pub fn smallest() -> ModelDescription {
+pub(crate) fn smallest() -> ModelDescription {
     ModelDescription {
         model_name: "SMALL".into(),
         guid: "{1}".into(),
@@ -48,7 +48,7 @@ pub fn smallest() -> ModelDescription {
 }
 
 /// A model description with every element and attribute of FMI 2.0, about which [`check`] finds nothing.
-pub fn everything() -> ModelDescription {
+pub(crate) fn everything() -> ModelDescription {
     ModelDescription {
         model_name: "ALL".into(),
         guid: "{6ee18890-bde5-f0fb-5f48-ca872bc22a19}".into(),

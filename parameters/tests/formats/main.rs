@@ -1,5 +1,7 @@
 //! The formats that contain numbers: dumps, JSON, SSV and Openness XML.
 
+#![allow(clippy::unwrap_used)]
+
 mod dump;
 mod hostile;
 mod json;

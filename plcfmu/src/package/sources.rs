@@ -20,7 +20,7 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// The law uses something unknown, with file, line and column, or is not that of the library.
-pub fn generate(
+pub(super) fn generate(
     workspace: &Workspace,
     fmu_crate: &FmuCrate,
     library: &Library,

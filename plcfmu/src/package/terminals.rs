@@ -40,7 +40,7 @@ struct Terminal {
 ///
 /// # Errors
 /// The diagram or the dialog in the documentation of the block is faulty.
-pub fn files(table: &Table, types: Types, names: Names) -> Result<Files> {
+pub(super) fn files(table: &Table, types: Types, names: Names) -> Result<Files> {
     let icon = diagram::icon::svg(table)?;
     let terminals = terminals(table, types)?;
     let mut files = Files::from([

@@ -16,14 +16,14 @@ const DIALOG: &str = "dialog";
 
 /// The documentation of a block, taken apart at its headings.
 #[derive(Debug, Default, PartialEq)]
-pub struct Sections<'a> {
+pub(super) struct Sections<'a> {
     /// Heading and text, in order. The text before the first heading has an empty one.
     sections: Vec<(&'a str, &'a str)>,
 }
 
 impl<'a> Sections<'a> {
     /// Splits Markdown at its first-level headings.
-    pub fn new(docs: &'a str) -> Sections<'a> {
+    pub(super) fn new(docs: &'a str) -> Sections<'a> {
         let mut sections = Vec::new();
         let (mut heading, mut begin, mut place, mut is_fenced) = ("", 0, 0, false);
         for line in docs.split_inclusive('\n') {
@@ -41,13 +41,13 @@ impl<'a> Sections<'a> {
     }
 
     /// Removes the section with this heading and returns its text.
-    pub fn take(&mut self, heading: &str) -> Option<&'a str> {
+    pub(super) fn take(&mut self, heading: &str) -> Option<&'a str> {
         let place = self.sections.iter().position(|(own, _)| *own == heading)?;
         Some(self.sections.remove(place).1)
     }
 
     /// Removes all sections that are still there.
-    pub fn take_all(&mut self) -> Vec<(&'a str, &'a str)> {
+    pub(super) fn take_all(&mut self) -> Vec<(&'a str, &'a str)> {
         std::mem::take(&mut self.sections)
     }
 }
@@ -56,7 +56,7 @@ impl<'a> Sections<'a> {
 ///
 /// # Errors
 /// A formula that is not in the LaTeX understood here.
-pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
+pub(super) fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     let mut events = Vec::new();
     let mut fence: Option<(String, String)> = None;
     let (mut is_linked, mut is_code) = (!linked.is_empty(), false);
@@ -91,7 +91,7 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
 }
 
 /// A text for print: a line does not end between a number and its percent sign or unit, degC is °C and m2 is m².
-pub fn shown(text: &str) -> String {
+pub(super) fn shown(text: &str) -> String {
     const UNITS: [&str; 14] = ["%", "°C", "K", "s", "ms", "h", "rpm", "min", "m", "cm", "m²", "m³/h", "l/min", "bar"];
     let text = modeldescription::units::shown(text);
     let mut printed = String::with_capacity(text.len());

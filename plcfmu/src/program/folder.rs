@@ -17,7 +17,7 @@ const MOST: usize = 100_000;
 
 /// The files of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Files {
+pub(super) struct Files {
     /// The sources, in the order of their paths.
     pub sources: Vec<PathBuf>,
     /// The tag tables, in the order of their paths.
@@ -25,7 +25,7 @@ pub struct Files {
 }
 
 /// The ending of a file in small letters.
-pub fn ending(file: &Path) -> String {
+pub(super) fn ending(file: &Path) -> String {
     file.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase()
 }
 
@@ -43,7 +43,7 @@ fn kind(file: &Path) -> Kind {
 }
 
 /// Whether a file is a tag table.
-pub fn is_table(file: &Path) -> bool {
+pub(super) fn is_table(file: &Path) -> bool {
     kind(file) == Kind::Table
 }
 
@@ -57,7 +57,7 @@ impl Files {
     ///
     /// # Errors
     /// A folder cannot be read, or has no file of a program.
-    pub fn new(named: &[PathBuf]) -> Result<Files> {
+    pub(super) fn new(named: &[PathBuf]) -> Result<Files> {
         let mut files = Files::default();
         for path in named {
             if !path.is_dir() {

@@ -13,7 +13,7 @@ const MOST_BYTES: u64 = 32 << 20;
 ///
 /// # Errors
 /// It is no workbook, or unpacks to too much, or a row of a table is wrong: a sentence without the file's name.
-pub fn read(bytes: Vec<u8>) -> Result<Tags> {
+pub(super) fn read(bytes: Vec<u8>) -> Result<Tags> {
     let mut tags = Tags::default();
     let mut has_table = false;
     for (name, rows) in all(&bytes)? {
@@ -29,7 +29,7 @@ pub fn read(bytes: Vec<u8>) -> Result<Tags> {
 }
 
 /// Whether the file is a workbook with a table of tags: one of other things in the folder of a program is left alone.
-pub fn is_table(bytes: &[u8]) -> bool {
+pub(super) fn is_table(bytes: &[u8]) -> bool {
     let names = ["PLC Tags", "Constants"];
     all(bytes)
         .is_ok_and(|sheets| sheets.iter().any(|(name, _)| names.iter().any(|known| name.eq_ignore_ascii_case(known))))

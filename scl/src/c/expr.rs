@@ -346,7 +346,7 @@ pub(super) struct Effect {
 
 impl Effect {
     /// The union of both effects.
-    pub fn and(self, other: Effect) -> Effect {
+    pub(super) fn and(self, other: Effect) -> Effect {
         Effect { runs: self.runs || other.runs, stops: self.stops || other.stops }
     }
 }

@@ -174,7 +174,7 @@ pub(super) struct Uses<'a> {
 
 impl<'a> Uses<'a> {
     /// Counts the uses in a function's body. Variables that a call copies out are also used at the end.
-    pub fn new(facts: &'a [Facts], number: usize, body: &[Statement]) -> Uses<'a> {
+    pub(super) fn new(facts: &'a [Facts], number: usize, body: &[Statement]) -> Uses<'a> {
         let mut uses = Uses { facts, counts: BTreeMap::new(), through: BTreeSet::new(), read: BTreeSet::new() };
         let own = &facts[number];
         uses.counts.extend(own.outs.iter().copied().chain(own.returns).map(|local| (local, 1)));
@@ -183,29 +183,29 @@ impl<'a> Uses<'a> {
     }
 
     /// Counts all uses, including locals that only carry the values of calls.
-    pub fn all(body: &[Statement]) -> Uses<'static> {
+    pub(super) fn all(body: &[Statement]) -> Uses<'static> {
         let mut uses = Uses { facts: &[], counts: BTreeMap::new(), through: BTreeSet::new(), read: BTreeSet::new() };
         walk::statements(body, &mut uses);
         uses
     }
 
     /// Whether a local only carries the value of a call and has no other use.
-    pub fn is_elided(&self, local: usize) -> bool {
+    pub(super) fn is_elided(&self, local: usize) -> bool {
         self.through.contains(&local) && self.counts.get(&local) == Some(&2)
     }
 
     /// The locals that are named, except those that only carry the values of calls.
-    pub fn locals(&self) -> impl Iterator<Item = usize> {
+    pub(super) fn locals(&self) -> impl Iterator<Item = usize> {
         self.counts.keys().copied().filter(|local| !self.is_elided(*local))
     }
 
     /// Whether a local is named.
-    pub fn is_named(&self, local: usize) -> bool {
+    pub(super) fn is_named(&self, local: usize) -> bool {
         self.counts.contains_key(&local)
     }
 
     /// Whether a local is read.
-    pub fn is_read(&self, local: usize) -> bool {
+    pub(super) fn is_read(&self, local: usize) -> bool {
         self.read.contains(&local)
     }
 

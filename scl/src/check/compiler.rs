@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::rc::Rc;
 
 /// A block: the index of its source, and its index there.
-pub type BlockId = (usize, usize);
+pub(crate) type BlockId = (usize, usize);
 
 /// The state of a declaration that may depend on itself.
 #[derive(Clone, Debug)]
@@ -311,6 +311,6 @@ impl From<SectionKind> for ir::Section {
 }
 
 /// An empty map, for blocks without symbols.
-pub fn nothing<K, V>() -> Rc<HashMap<K, V>> {
+pub(crate) fn nothing<K, V>() -> Rc<HashMap<K, V>> {
     Rc::new(HashMap::new())
 }

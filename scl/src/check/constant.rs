@@ -6,7 +6,7 @@ use parameters::problem::with_article;
 
 /// A literal.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Literal {
+pub(crate) enum Literal {
     /// An integer; without a type of its own it takes the type its context requires.
     Whole(i128, Option<Elementary>),
     /// A number with a fraction, as LREAL and as REAL.
@@ -23,7 +23,7 @@ pub enum Literal {
 ///
 /// # Errors
 /// The expected literal, as a part of a sentence, and the remedy.
-pub fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
+pub(crate) fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
     if text.starts_with('\'') {
         return Ok(Literal::Text(characters(text), None));
     }

@@ -665,7 +665,7 @@ fn number_of_hardware(name: &str) -> Option<Elementary> {
 }
 
 /// Whether an argument of this type is passed by value.
-pub fn is_copied(of: &Type) -> bool {
+pub(crate) fn is_copied(of: &Type) -> bool {
     matches!(of, Type::Elementary(_) | Type::Text { .. } | Type::Missing(_) | Type::Wrong)
 }
 

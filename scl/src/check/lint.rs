@@ -6,7 +6,7 @@ use crate::ir::{Argument, At, Base, Call, Expr, Place, Statement, Step, What};
 use std::collections::BTreeSet;
 
 /// Warns of each temporary of a block that some path reads before writing it. Its value is then 0.
-pub fn unwritten(compiler: &mut Compiler, (file, _): BlockId, temps: &[(usize, String)], code: &[Statement]) {
+pub(crate) fn unwritten(compiler: &mut Compiler, (file, _): BlockId, temps: &[(usize, String)], code: &[Statement]) {
     if temps.is_empty() || file == compiler.library_file() {
         return;
     }

@@ -4,10 +4,10 @@
 //!
 //! Bounds, constants and start values are expressions, so declaring calls [`lower`](crate::lower).
 
-pub mod compiler;
-pub mod constant;
-pub mod declare;
-pub mod lint;
-pub mod start;
-pub mod types;
-pub mod undeclared;
+pub(crate) mod compiler;
+pub(crate) mod constant;
+pub(crate) mod declare;
+pub(crate) mod lint;
+pub(crate) mod start;
+pub(crate) mod types;
+pub(crate) mod undeclared;

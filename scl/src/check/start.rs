@@ -277,7 +277,7 @@ impl Starting<'_, '_> {
 }
 
 /// Writes a text, truncated to its capacity.
-pub fn write_text(of: &Type, text: &[u16], bytes: &mut [u8]) {
+pub(crate) fn write_text(of: &Type, text: &[u16], bytes: &mut [u8]) {
     let Type::Text { capacity, wide } = of else { return };
     let length = text.len().min(usize::from(*capacity));
     bytes[..2].copy_from_slice(&(length as u16).to_le_bytes());

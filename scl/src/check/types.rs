@@ -263,7 +263,7 @@ pub struct Field {
 }
 
 /// The name of the type of texts, with wide characters or without.
-pub fn text_name(wide: bool) -> &'static str {
+pub(crate) fn text_name(wide: bool) -> &'static str {
     if wide { "WSTRING" } else { "STRING" }
 }
 

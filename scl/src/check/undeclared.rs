@@ -109,7 +109,7 @@ pub struct Undeclared {
 }
 
 /// A message lists this many names at most.
-pub const MOST_NAMES: usize = 10;
+pub(crate) const MOST_NAMES: usize = 10;
 
 impl Undeclared {
     /// Its type, if the context determines it.

@@ -7,8 +7,8 @@ pub mod assume;
 mod copies;
 pub mod interface;
 mod overlap;
-pub mod root;
-pub mod system_memory;
+pub(crate) mod root;
+pub(crate) mod system_memory;
 
 use crate::check::compiler::{BlockId, Compiler, Note};
 use crate::front::lexer::Span;

@@ -25,7 +25,7 @@ const CLOCK_BYTE: &str = "CLOCK_BYTE";
 const SYSTEM_BYTE: &str = "SYSTEM_BYTE";
 
 /// The address at which TIA Portal proposes a tag of the system or clock memory, and its type.
-pub fn proposed(name: &str) -> Option<(String, &'static str)> {
+pub(crate) fn proposed(name: &str) -> Option<(String, &'static str)> {
     if let Some(bit) = CLOCKS.iter().position(|(of, _)| *of == name) {
         return Some((format!("%M0.{bit}"), "BOOL"));
     }

@@ -32,7 +32,7 @@ impl Span {
 
 /// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// A keyword, or a name without quotation marks.
     Word,
     /// `#name` or `#"name"`.
@@ -55,7 +55,7 @@ pub enum Kind {
 
 /// One token.
 #[derive(Clone, Copy, Debug)]
-pub struct Token {
+pub(crate) struct Token {
     /// The kind.
     pub kind: Kind,
     /// Its location.
@@ -64,7 +64,7 @@ pub struct Token {
 
 /// The tokens of a source.
 #[derive(Debug)]
-pub struct Tokens {
+pub(crate) struct Tokens {
     /// All tokens except comments, attributes and region lines; the last one is the end of the file.
     pub tokens: Vec<Token>,
     /// The comments, in source order.
@@ -131,7 +131,7 @@ const PREFIXES: [&str; 40] = [
 const TEXTS: [&str; 4] = ["CHAR", "STRING", "WCHAR", "WSTRING"];
 
 /// Splits a text into tokens, starting at byte offset `from`.
-pub fn tokens(text: &str, from: usize, file: u32) -> Tokens {
+pub(crate) fn tokens(text: &str, from: usize, file: u32) -> Tokens {
     let mut lexer = Lexer {
         text,
         file,
@@ -171,7 +171,7 @@ struct Lexer<'a> {
 }
 
 /// Whether a character may continue a name.
-pub fn is_word(character: char) -> bool {
+pub(crate) fn is_word(character: char) -> bool {
     character == '_' || character.is_alphanumeric()
 }
 

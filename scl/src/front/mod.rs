@@ -2,11 +2,11 @@
 //! errors in it. Any text yields a tree. Networks of LAD and FBD stand in it as graphs, and as the statements to which
 //! [`ladder`](crate::ladder) translates them.
 
-pub mod lexer;
-pub mod parser;
+pub(crate) mod lexer;
+pub(crate) mod parser;
 mod simatic_ml;
-pub mod simatic_sd;
-pub mod syntax;
+pub(crate) mod simatic_sd;
+pub(crate) mod syntax;
 
 use crate::report::Report;
 use parameters::Source;
@@ -17,7 +17,7 @@ use syntax::Tree;
 
 /// The format of a source file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub(crate) enum Format {
     /// A source in SCL.
     Scl,
     /// A TIA Openness document in XML.
@@ -26,12 +26,12 @@ pub enum Format {
 
 impl Format {
     /// Detects the format of a text.
-    pub fn detect(text: &str) -> Format {
+    pub(crate) fn detect(text: &str) -> Format {
         if simatic_ml::is_it(text) { Format::SimaticMl } else { Format::Scl }
     }
 
     /// Parses a text in this format.
-    pub fn parse(self, text: &str, file: u32, report: &mut Report) -> Tree {
+    pub(crate) fn parse(self, text: &str, file: u32, report: &mut Report) -> Tree {
         match self {
             Format::Scl => parser::parse(text, file, report),
             Format::SimaticMl => simatic_ml::parse(text, file, report),
@@ -41,7 +41,7 @@ impl Format {
 
 /// Parses sources. SIMATIC SD documents and their texts are recognized by their file extensions, all others by their
 /// contents.
-pub fn trees(sources: &[Source], report: &mut Report) -> Vec<Tree> {
+pub(crate) fn trees(sources: &[Source], report: &mut Report) -> Vec<Tree> {
     let mut texts: HashMap<PathBuf, Texts> = HashMap::new();
     for (file, source) in sources.iter().enumerate().filter(|(_, source)| ends_in(source, "s7res")) {
         texts.insert(Path::new(&source.file).with_extension(""), Texts::read(&source.text, file as u32, report));

@@ -22,7 +22,7 @@ impl Name {
 }
 
 /// The key for looking up a name.
-pub fn key(name: &str) -> String {
+pub(crate) fn key(name: &str) -> String {
     name.to_uppercase()
 }
 
@@ -340,13 +340,13 @@ pub struct Attribute {
 }
 
 /// The attribute that marks a stub.
-pub const STUB: &str = "STUB";
+pub(crate) const STUB: &str = "STUB";
 
 /// The attribute of an organization block that names what triggers it, as in SimaticML: `CyclicInterrupt`.
-pub const EVENT: &str = "SECONDARYTYPE";
+pub(crate) const EVENT: &str = "SECONDARYTYPE";
 
 /// The value of an attribute; its name is case-insensitive.
-pub fn attribute<'a>(attributes: &'a [Attribute], key: &str) -> Option<&'a str> {
+pub(crate) fn attribute<'a>(attributes: &'a [Attribute], key: &str) -> Option<&'a str> {
     attributes.iter().find(|attribute| attribute.key == key).map(|attribute| attribute.value.as_str())
 }
 

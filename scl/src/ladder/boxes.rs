@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 impl Lowerer<'_> {
     /// Lowers a box that runs if EN is TRUE: the statements it executes and the values of its pins.
-    pub fn boxed(&mut self, formula: Formula, failure: Failure, elements: &[Element], number: usize) {
+    pub(super) fn boxed(&mut self, formula: Formula, failure: Failure, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
         let flow = self.flow(element, &["EN"]);
@@ -79,7 +79,7 @@ impl Lowerer<'_> {
 
     /// DEMUX: assigns the value to the output selected by K, or to ELSE if K selects none; the other outputs keep their
     /// values.
-    pub fn demultiplexed(&mut self, elements: &[Element], number: usize) {
+    pub(super) fn demultiplexed(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
         let flow = self.flow(element, &["EN"]);
@@ -145,12 +145,12 @@ impl Lowerer<'_> {
         targets.map(|(_, target)| assign(*target)).collect()
     }
 
-    pub fn has_eno(&self, element: &Element, number: usize) -> bool {
+    pub(super) fn has_eno(&self, element: &Element, number: usize) -> bool {
         self.is_awaited(&(number, "ENO".to_string())) || element.outputs.iter().any(|(pin, _)| pin == "ENO")
     }
 
     /// The output pins of an element that are in use, except ENO.
-    pub fn result_pins(&self, element: &Element, number: usize) -> BTreeSet<String> {
+    pub(super) fn result_pins(&self, element: &Element, number: usize) -> BTreeSet<String> {
         let of_element = self.uses.range((number, String::new())..(number + 1, String::new()));
         let wired = of_element.filter(|(_, uses)| **uses > 0).map(|((_, pin), _)| pin);
         let written = element.outputs.iter().map(|(pin, _)| pin);
@@ -273,7 +273,7 @@ impl Lowerer<'_> {
     }
 
     /// A call of a function with these pins as arguments.
-    pub fn of_function(&mut self, name: &str, pins: Vec<(String, ExpressionId)>, span: Span) -> ExpressionId {
+    pub(super) fn of_function(&mut self, name: &str, pins: Vec<(String, ExpressionId)>, span: Span) -> ExpressionId {
         let callee = self.function(name, span);
         let arguments = pins.into_iter().map(|(pin, value)| (pin, false, value)).collect();
         self.call(callee, arguments, span)

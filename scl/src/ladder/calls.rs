@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 impl Lowerer<'_> {
     /// A call of an instance: of a timer or counter as its `kind`, of any other system block as declared.
-    pub fn instance(&mut self, kind: Option<&'static str>, elements: &[Element], number: usize) {
+    pub(super) fn instance(&mut self, kind: Option<&'static str>, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
         let Some(called) = element.called else {
@@ -23,7 +23,7 @@ impl Lowerer<'_> {
 
     /// The callee as a timer or counter of the kind its element names; this determines the type of an undeclared data
     /// block.
-    pub fn as_kind(&mut self, element: &Element, called: ExpressionId, kind: &str) -> ExpressionId {
+    pub(super) fn as_kind(&mut self, element: &Element, called: ExpressionId, kind: &str) -> ExpressionId {
         let of = element.setting("TIME_TYPE").or(element.setting("VALUE_TYPE")).unwrap_or_default().to_uppercase();
         let is_usual = ["", "TIME", "INT"].contains(&of.as_str());
         let is_global = matches!(self.tree.expressions[called].kind, ExpressionKind::Name(Scope::Global, _));
@@ -117,7 +117,7 @@ impl Lowerer<'_> {
     }
 
     /// The value that a pin outputs: negated, if the pin is.
-    pub fn of_pin(&mut self, element: &Element, pin: &str, value: ExpressionId) -> ExpressionId {
+    pub(super) fn of_pin(&mut self, element: &Element, pin: &str, value: ExpressionId) -> ExpressionId {
         let is_negated = element.negated.iter().any(|negated| negated == pin);
         if is_negated { self.unary(Unary::Not, value, element.span) } else { value }
     }
@@ -140,7 +140,7 @@ impl Lowerer<'_> {
     }
 
     /// A call of a function, or of an instance of a function block.
-    pub fn call_of(&mut self, elements: &[Element], number: usize) {
+    pub(super) fn call_of(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         let Some(called) = element.called else {
             let message = format!("the call of {} has no instance", element.name);
@@ -155,7 +155,7 @@ impl Lowerer<'_> {
     }
 
     /// A function called as a statement.
-    pub fn statement(&mut self, callee: ExpressionId, elements: &[Element], number: usize) {
+    pub(super) fn statement(&mut self, callee: ExpressionId, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
         let flow = self.flow(element, &["EN"]);
@@ -228,7 +228,7 @@ impl Lowerer<'_> {
     }
 
     /// An instruction without a row in the table: called by name, so that the error says what is known about it.
-    pub fn other(&mut self, elements: &[Element], number: usize) {
+    pub(super) fn other(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         match element.called {
             Some(_) => self.instance(None, elements, number),

@@ -4,7 +4,7 @@ use crate::front::syntax::{Binary, Unary};
 
 /// An instruction.
 #[derive(Debug)]
-pub struct Instruction {
+pub(crate) struct Instruction {
     /// Its names in SimaticML, in SIMATIC SD and elsewhere; case-insensitive.
     pub names: &'static [&'static str],
     /// Its behaviour.
@@ -13,7 +13,7 @@ pub struct Instruction {
 
 /// The behaviour of an element. `f` is the incoming power flow.
 #[derive(Clone, Copy, Debug)]
-pub enum Law {
+pub(crate) enum Law {
     /// f AND operand; f AND NOT operand if `true`.
     Contact(bool),
     /// f AND an edge of the operand, whose last value is kept in `bit`: a rising or a falling edge.
@@ -67,7 +67,7 @@ pub enum Law {
 /// ENO of the block after a Return element.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
-pub enum Returned {
+pub(crate) enum Returned {
     Unchanged,
     True,
     False,
@@ -76,7 +76,7 @@ pub enum Returned {
 
 /// The value that a box computes.
 #[derive(Clone, Copy, Debug)]
-pub enum Formula {
+pub(crate) enum Formula {
     /// IN.
     Same,
     /// IN1 op IN2 op IN3 ...
@@ -98,7 +98,7 @@ pub enum Formula {
 
 /// The condition under which ENO is FALSE although EN is TRUE.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Failure {
+pub(crate) enum Failure {
     /// Never.
     Never,
     /// A number overflows its type or is not a valid floating-point number. Holds the kind of calculation.
@@ -125,7 +125,7 @@ const fn real(names: &'static [&'static str]) -> Instruction {
 }
 
 /// The table of all elements.
-pub const ROWS: &[Instruction] = &[
+pub(crate) const ROWS: &[Instruction] = &[
     row(&["Contact"], Law::Contact(false)),
     row(&["I_Contact"], Law::Contact(true)),
     row(&["PContact", "P_Contact"], Law::EdgeContact(true)),
@@ -268,12 +268,12 @@ pub const ROWS: &[Instruction] = &[
 ];
 
 /// The instruction of that name.
-pub fn named(name: &str) -> Option<&'static Instruction> {
+pub(crate) fn named(name: &str) -> Option<&'static Instruction> {
     ROWS.iter().find(|row| row.names.iter().any(|own| own.eq_ignore_ascii_case(name)))
 }
 
 /// The pin name that the law of an element uses for a pin named in a document.
-pub fn pin_of(law: Option<Law>, pin: &str) -> &str {
+pub(crate) fn pin_of(law: Option<Law>, pin: &str) -> &str {
     match (law, pin) {
         (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MIN") => "MN",
         (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MAX") => "MX",

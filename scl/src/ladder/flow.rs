@@ -13,7 +13,7 @@ const DEEPEST: u32 = 30;
 
 /// The value that a pin carries.
 #[derive(Clone, Debug)]
-pub struct Value {
+pub(super) struct Value {
     /// The expression; `None` is TRUE, directly from the power rail.
     pub of: Option<ExpressionId>,
     /// The variables read, in upper case. Variables that may alias others all count as one, with an empty name.
@@ -22,12 +22,12 @@ pub struct Value {
 
 impl Value {
     /// TRUE.
-    pub const TRUE: Value = Value { of: None, reads: BTreeSet::new() };
+    pub(super) const TRUE: Value = Value { of: None, reads: BTreeSet::new() };
 }
 
 /// The values of a network's pins, as long as they are still needed.
 #[derive(Debug, Default)]
-pub struct Values {
+pub(super) struct Values {
     of: HashMap<Pin, Value>,
     /// The pins that read each variable, so that a large network need not be searched at every coil.
     readers: BTreeMap<String, BTreeSet<Pin>>,
@@ -35,7 +35,7 @@ pub struct Values {
 
 impl Values {
     /// Sets the value of a pin.
-    pub fn insert(&mut self, pin: Pin, value: Value) {
+    pub(super) fn insert(&mut self, pin: Pin, value: Value) {
         for name in &value.reads {
             self.readers.entry(name.clone()).or_default().insert(pin.clone());
         }
@@ -43,12 +43,12 @@ impl Values {
     }
 
     /// The value of a pin.
-    pub fn get(&self, pin: &Pin) -> Option<&Value> {
+    pub(super) fn get(&self, pin: &Pin) -> Option<&Value> {
         self.of.get(pin)
     }
 
     /// Removes and returns the value of a pin.
-    pub fn remove(&mut self, pin: &Pin) -> Option<Value> {
+    pub(super) fn remove(&mut self, pin: &Pin) -> Option<Value> {
         let value = self.of.remove(pin)?;
         for name in &value.reads {
             if let Some(readers) = self.readers.get_mut(name) {
@@ -65,7 +65,12 @@ impl Values {
 }
 
 /// Collects the variables that an expression reads: those of the block by name, all others as one.
-pub fn reads(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<String>, into: &mut BTreeSet<String>) {
+pub(super) fn reads(
+    expressions: &Expressions,
+    id: ExpressionId,
+    shared: &BTreeSet<String>,
+    into: &mut BTreeSet<String>,
+) {
     match &expressions[id].kind {
         ExpressionKind::Name(scope, name) => {
             let name = name.key();
@@ -94,7 +99,7 @@ pub fn reads(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<Stri
 }
 
 /// The variable at the root of a path, named as [`reads`] does.
-pub fn root(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<String>) -> String {
+pub(super) fn root(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<String>) -> String {
     match &expressions[id].kind {
         ExpressionKind::Member(inner, _) | ExpressionKind::Index(inner, _) => root(expressions, *inner, shared),
         ExpressionKind::Name(scope, name) if *scope != Scope::Global && !shared.contains(&name.key()) => name.key(),
@@ -103,7 +108,7 @@ pub fn root(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<Strin
 }
 
 /// An operand in source notation, for messages.
-pub fn shown(expressions: &Expressions, id: ExpressionId) -> String {
+pub(super) fn shown(expressions: &Expressions, id: ExpressionId) -> String {
     match &expressions[id].kind {
         ExpressionKind::Name(Scope::Global, name) => format!("\"{}\"", name.text),
         ExpressionKind::Name(_, name) => format!("#{}", name.text),
@@ -120,7 +125,7 @@ pub fn shown(expressions: &Expressions, id: ExpressionId) -> String {
 
 impl Lowerer<'_> {
     /// A value, with the variables it reads.
-    pub fn value(&self, of: ExpressionId) -> Value {
+    pub(super) fn value(&self, of: ExpressionId) -> Value {
         let mut value = Value { of: Some(of), reads: BTreeSet::new() };
         reads(&self.tree.expressions, of, &self.owner.shared, &mut value.reads);
         for temporary in &self.temporaries {
@@ -134,17 +139,17 @@ impl Lowerer<'_> {
     }
 
     /// A literal: TRUE, FALSE, a number or a text.
-    pub fn literal(&mut self, text: &str, span: Span) -> ExpressionId {
+    pub(super) fn literal(&mut self, text: &str, span: Span) -> ExpressionId {
         self.add(ExpressionKind::Literal(text.to_string()), span)
     }
 
     /// A value as an expression.
-    pub fn expression(&mut self, value: &Value, span: Span) -> ExpressionId {
+    pub(super) fn expression(&mut self, value: &Value, span: Span) -> ExpressionId {
         value.of.unwrap_or_else(|| self.literal("BOOL#TRUE", span))
     }
 
     /// Two values combined by AND, OR or XOR.
-    pub fn joined(&mut self, operator: Binary, left: Value, right: Value, span: Span) -> Value {
+    pub(super) fn joined(&mut self, operator: Binary, left: Value, right: Value, span: Span) -> Value {
         match (operator, left.of, right.of) {
             (Binary::And, None, _) => return right,
             (Binary::And, _, None) => return left,
@@ -160,17 +165,23 @@ impl Lowerer<'_> {
     }
 
     /// `left op right`.
-    pub fn binary(&mut self, operator: Binary, left: ExpressionId, right: ExpressionId, span: Span) -> ExpressionId {
+    pub(super) fn binary(
+        &mut self,
+        operator: Binary,
+        left: ExpressionId,
+        right: ExpressionId,
+        span: Span,
+    ) -> ExpressionId {
         self.add(ExpressionKind::Binary(operator, left, right), span)
     }
 
     /// `op operand`.
-    pub fn unary(&mut self, operator: Unary, operand: ExpressionId, span: Span) -> ExpressionId {
+    pub(super) fn unary(&mut self, operator: Unary, operand: ExpressionId, span: Span) -> ExpressionId {
         self.add(ExpressionKind::Unary(operator, operand), span)
     }
 
     /// NOT a value.
-    pub fn negated(&mut self, value: Value, span: Span) -> Value {
+    pub(super) fn negated(&mut self, value: Value, span: Span) -> Value {
         let of = match value.of {
             None => self.literal("BOOL#FALSE", span),
             Some(of) => self.unary(Unary::Not, of, span),
@@ -179,7 +190,7 @@ impl Lowerer<'_> {
     }
 
     /// `function(name := value, ...)`; an argument whose name ends in `=>` is an output.
-    pub fn call(
+    pub(super) fn call(
         &mut self,
         callee: ExpressionId,
         arguments: Vec<(String, bool, ExpressionId)>,
@@ -194,17 +205,17 @@ impl Lowerer<'_> {
     }
 
     /// The name of a CPU function as an expression.
-    pub fn function(&mut self, name: &str, span: Span) -> ExpressionId {
+    pub(super) fn function(&mut self, name: &str, span: Span) -> ExpressionId {
         self.add(ExpressionKind::Name(Scope::Bare, Name { text: name.to_string(), span }), span)
     }
 
     /// A member of an instance.
-    pub fn member(&mut self, of: ExpressionId, name: &str, span: Span) -> ExpressionId {
+    pub(super) fn member(&mut self, of: ExpressionId, name: &str, span: Span) -> ExpressionId {
         self.add(ExpressionKind::Member(of, Name { text: name.to_string(), span }), span)
     }
 
     /// A new name for a temporary.
-    pub fn temporary(&mut self, span: Span) -> Name {
+    pub(super) fn temporary(&mut self, span: Span) -> Name {
         loop {
             self.count += 1;
             let text = format!("w{}_{}", self.number, self.count);
@@ -216,17 +227,17 @@ impl Lowerer<'_> {
     }
 
     /// A named temporary as an expression.
-    pub fn named(&mut self, name: &Name, span: Span) -> ExpressionId {
+    pub(super) fn named(&mut self, name: &Name, span: Span) -> ExpressionId {
         self.add(ExpressionKind::Name(Scope::Local, Name { text: name.text.clone(), span }), span)
     }
 
     /// Adds a statement that writes nothing that a pending value reads.
-    pub fn push(&mut self, kind: StatementKind, span: Span) {
+    pub(super) fn push(&mut self, kind: StatementKind, span: Span) {
         self.code.push(Statement { kind, span });
     }
 
     /// Evaluates a value here, into a temporary; constants and temporaries stay as they are.
-    pub fn kept(&mut self, value: Value, span: Span) -> Value {
+    pub(super) fn kept(&mut self, value: Value, span: Span) -> Value {
         let Some(of) = value.of else { return value };
         let is_free = value.reads.is_empty();
         if is_free && matches!(self.tree.expressions[of].kind, ExpressionKind::Name(..) | ExpressionKind::Literal(_)) {
@@ -238,17 +249,17 @@ impl Lowerer<'_> {
     }
 
     /// A value that remains valid after these variables are written.
-    pub fn apart(&mut self, value: Value, roots: &BTreeSet<String>, span: Span) -> Value {
+    pub(super) fn apart(&mut self, value: Value, roots: &BTreeSet<String>, span: Span) -> Value {
         if value.reads.is_disjoint(roots) { value } else { self.kept(value, span) }
     }
 
     /// The root variables of these targets.
-    pub fn roots(&self, targets: impl IntoIterator<Item = ExpressionId>) -> BTreeSet<String> {
+    pub(super) fn roots(&self, targets: impl IntoIterator<Item = ExpressionId>) -> BTreeSet<String> {
         targets.into_iter().map(|target| root(&self.tree.expressions, target, &self.owner.shared)).collect()
     }
 
     /// Saves all pending values that read these variables, which are about to be written.
-    pub fn before_writing(&mut self, roots: &BTreeSet<String>, span: Span) {
+    pub(super) fn before_writing(&mut self, roots: &BTreeSet<String>, span: Span) {
         for pin in self.values.readers(roots) {
             let Some(value) = self.values.remove(&pin) else { continue };
             let span = self.spans.get(pin.0).copied().unwrap_or(span);
@@ -258,14 +269,14 @@ impl Lowerer<'_> {
     }
 
     /// Assigns a value to a variable.
-    pub fn assign(&mut self, target: ExpressionId, value: ExpressionId, span: Span) {
+    pub(super) fn assign(&mut self, target: ExpressionId, value: ExpressionId, span: Span) {
         let roots = self.roots([target]);
         self.before_writing(&roots, span);
         self.push(StatementKind::Assign(vec![(target, None)], value), span);
     }
 
     /// Adds statements that run only if a value is TRUE.
-    pub fn only_if(&mut self, condition: Value, body: Vec<Statement>, span: Span) {
+    pub(super) fn only_if(&mut self, condition: Value, body: Vec<Statement>, span: Span) {
         match condition.of {
             None => self.code.extend(body),
             Some(condition) => self.push(StatementKind::If(vec![(condition, body)], Vec::new()), span),
@@ -273,7 +284,7 @@ impl Lowerer<'_> {
     }
 
     /// The statements generated by `part`, instead of adding them to the block.
-    pub fn aside(&mut self, part: impl FnOnce(&mut Self)) -> Vec<Statement> {
+    pub(super) fn aside(&mut self, part: impl FnOnce(&mut Self)) -> Vec<Statement> {
         let outer = std::mem::take(&mut self.code);
         part(self);
         std::mem::replace(&mut self.code, outer)

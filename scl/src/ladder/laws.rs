@@ -19,7 +19,7 @@ const MOST_BITS_OF_A_WORD: i128 = 64;
 
 impl Lowerer<'_> {
     /// Lowers an element according to its law.
-    pub fn law(&mut self, law: Law, elements: &[Element], number: usize) {
+    pub(super) fn law(&mut self, law: Law, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
         match law {
@@ -132,7 +132,7 @@ impl Lowerer<'_> {
     }
 
     /// A value converted to the type that the element declares for its inputs.
-    pub fn typed(&mut self, element: &Element, value: ExpressionId) -> ExpressionId {
+    pub(super) fn typed(&mut self, element: &Element, value: ExpressionId) -> ExpressionId {
         // MIN, MAX, LIMIT and SEL name the type of their inputs in the same setting as counters.
         let of = element.setting("SRCTYPE").or(element.setting("VALUE_TYPE"));
         let of = of.and_then(|name| Elementary::named(&name.to_uppercase()));

@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, HashMap};
 const MOST_ELEMENTS: usize = 1000;
 
 /// Warns of surprising constructs in the networks of a block.
-pub fn lint(networks: &[Network], owner: &Owner, expressions: &Expressions, report: &mut Report) {
+pub(crate) fn lint(networks: &[Network], owner: &Owner, expressions: &Expressions, report: &mut Report) {
     let blocks = networks.iter().flat_map(|network| network.elements.iter().map(move |element| (network, element)));
     let all: Vec<(&Network, &Element)> = blocks.collect();
     let lint = Lint { owner, expressions };

@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The block that owns the networks.
 #[derive(Clone, Debug, Default)]
-pub struct Owner {
+pub(crate) struct Owner {
     /// Its title in messages: `FB Motor`.
     pub title: String,
     /// The names of its variables, in upper case.
@@ -25,7 +25,7 @@ pub struct Owner {
 
 impl Owner {
     /// Collects the properties of the block that its networks need.
-    pub fn new(block: &SourceBlock) -> Owner {
+    pub(crate) fn new(block: &SourceBlock) -> Owner {
         let mut owner = Owner { title: block.title(), ..Owner::default() };
         for section in &block.sections {
             for name in section.members.iter().flat_map(|member| &member.names) {
@@ -47,7 +47,7 @@ impl Owner {
 }
 
 /// The translation of the networks of one block.
-pub struct Lowerer<'a> {
+pub(super) struct Lowerer<'a> {
     pub owner: &'a Owner,
     pub tree: &'a mut Tree,
     pub report: &'a mut Report,
@@ -71,7 +71,7 @@ pub struct Lowerer<'a> {
 }
 
 /// Translates a network to statements.
-pub fn lower(network: &mut Network, owner: &Owner, tree: &mut Tree, report: &mut Report) -> Vec<Statement> {
+pub(crate) fn lower(network: &mut Network, owner: &Owner, tree: &mut Tree, report: &mut Report) -> Vec<Statement> {
     let mut lowerer = Lowerer {
         owner,
         tree,
@@ -94,7 +94,7 @@ pub fn lower(network: &mut Network, owner: &Owner, tree: &mut Tree, report: &mut
 }
 
 /// The title and comment of a network, kept as comments.
-pub fn comments(network: &Network) -> Vec<Statement> {
+pub(crate) fn comments(network: &Network) -> Vec<Statement> {
     let title = format!("Network {}: {}", network.number, network.title);
     let title = title.trim_end_matches([' ', ':']).to_string();
     let texts = [title, network.comment.clone()].into_iter().filter(|text| !text.is_empty());
@@ -102,7 +102,7 @@ pub fn comments(network: &Network) -> Vec<Statement> {
 }
 
 /// The title of a network in messages.
-pub fn network_title(owner: &Owner, network: &Network) -> String {
+pub(crate) fn network_title(owner: &Owner, network: &Network) -> String {
     let title = if network.title.is_empty() { String::new() } else { format!(" \"{}\"", network.title) };
     format!("{}, network {}{title}", owner.title, network.number)
 }
@@ -174,12 +174,12 @@ impl Lowerer<'_> {
     }
 
     /// Whether a pin still has pending uses.
-    pub fn is_awaited(&self, pin: &Pin) -> bool {
+    pub(super) fn is_awaited(&self, pin: &Pin) -> bool {
         self.uses.get(pin).is_some_and(|uses| *uses > 0)
     }
 
     /// The value at an input pin of an element; `None` if it is unconnected.
-    pub fn input(&mut self, element: &Element, pin: &str) -> Option<Value> {
+    pub(super) fn input(&mut self, element: &Element, pin: &str) -> Option<Value> {
         let input = element.inputs.iter().find(|input| input.pin == pin)?;
         self.asked.insert(pin.to_string());
         let mut all: Option<Value> = None;
@@ -218,7 +218,7 @@ impl Lowerer<'_> {
     }
 
     /// The power flow at the first of these pins that is connected.
-    pub fn flow(&mut self, element: &Element, pins: &[&str]) -> Value {
+    pub(super) fn flow(&mut self, element: &Element, pins: &[&str]) -> Value {
         match pins.iter().find_map(|pin| self.input(element, pin)) {
             Some(value) => value,
             None => {
@@ -234,7 +234,7 @@ impl Lowerer<'_> {
     }
 
     /// The operand of an element at a pin.
-    pub fn operand(&mut self, element: &Element, pin: &str) -> Option<ExpressionId> {
+    pub(super) fn operand(&mut self, element: &Element, pin: &str) -> Option<ExpressionId> {
         let value = self.input(element, pin);
         if value.is_none() {
             let message = format!("{} has no {}", element.name, pin.to_lowercase());
@@ -245,7 +245,7 @@ impl Lowerer<'_> {
     }
 
     /// Sets the value of an output pin and writes it to the pin's variables.
-    pub fn set(&mut self, elements: &[Element], number: usize, pin: &str, value: Value) {
+    pub(super) fn set(&mut self, elements: &[Element], number: usize, pin: &str, value: Value) {
         let element = &elements[number];
         self.given.insert(pin.to_string());
         let is_negated = element.negated.iter().any(|negated| negated == pin);
@@ -271,13 +271,13 @@ impl Lowerer<'_> {
     }
 
     /// Sets the value of a pin.
-    pub fn carry(&mut self, pin: Pin, value: Value) {
+    pub(super) fn carry(&mut self, pin: Pin, value: Value) {
         self.carried.push((pin.clone(), value.of));
         self.values.insert(pin, value);
     }
 
     /// A value used more than once: a single variable may simply be read again.
-    pub fn shared(&mut self, value: Value, span: Span) -> Value {
+    pub(super) fn shared(&mut self, value: Value, span: Span) -> Value {
         let is_plain = value.of.is_none_or(|of| {
             matches!(
                 self.tree.expressions[of].kind,
@@ -288,7 +288,7 @@ impl Lowerer<'_> {
     }
 
     /// Adds a jump.
-    pub fn jump(&mut self, to: &Name, span: Span) {
+    pub(super) fn jump(&mut self, to: &Name, span: Span) {
         self.push(StatementKind::Goto(to.clone()), span);
     }
 
@@ -326,7 +326,7 @@ impl Lowerer<'_> {
     }
 
     /// Rejects a gate or box with fewer connected inputs than it is drawn with.
-    pub fn check_cardinality(&mut self, element: &Element) {
+    pub(super) fn check_cardinality(&mut self, element: &Element) {
         let Some(card) = element.setting("CARD") else { return };
         let wired = numbered(element).len();
         match card.trim().parse::<usize>() {
@@ -344,7 +344,7 @@ impl Lowerer<'_> {
 }
 
 /// The pins IN0, IN1, IN2 and so on of an element, in numeric order.
-pub fn numbered(element: &Element) -> Vec<String> {
+pub(super) fn numbered(element: &Element) -> Vec<String> {
     let number = |pin: &str| pin.strip_prefix("IN").and_then(|number| number.parse::<u32>().ok());
     let mut pins: Vec<(u32, String)> =
         element.inputs.iter().filter_map(|input| Some((number(&input.pin)?, input.pin.clone()))).collect();

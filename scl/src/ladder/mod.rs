@@ -5,16 +5,16 @@
 
 mod boxes;
 mod calls;
-pub mod elements;
+pub(crate) mod elements;
 mod flow;
 mod laws;
 mod lint;
 mod lower;
 mod network;
 
-pub use lint::lint;
-pub use lower::{Owner, comments, lower, network_title};
-pub use network::{Call, Element, Network, Parameter, Pin, Source, Way};
+pub(crate) use lint::lint;
+pub(crate) use lower::{Owner, comments, lower, network_title};
+pub(crate) use network::{Call, Element, Network, Parameter, Pin, Source, Way};
 
 /// The maximum number of pins of an element.
-pub const MOST_PINS: usize = 1000;
+pub(crate) const MOST_PINS: usize = 1000;

@@ -23,7 +23,7 @@ pub struct Network {
 }
 
 /// A pin of an element: the element's index, and the pin's name in upper case.
-pub type Pin = (usize, String);
+pub(crate) type Pin = (usize, String);
 
 impl Network {
     /// A network without elements.

@@ -14,7 +14,7 @@ use std::rc::Rc;
 use std::sync::LazyLock;
 
 /// The file name of the library in a program.
-pub const FILE: &str = "the library";
+pub(crate) const FILE: &str = "the library";
 
 /// The groups of the library's blocks, as its sources name them.
 const TIMERS: &str = "TIMERS";
@@ -76,7 +76,7 @@ fn variant(text: &str, placeholders: &str, words: &str) -> String {
 }
 
 /// The library as a source: timers for TIME and LTIME, counters for all integer types, text functions for both widths.
-pub fn source() -> Source {
+pub(crate) fn source() -> Source {
     Source::new(FILE, LIBRARY.0.clone().into_bytes())
 }
 
@@ -89,27 +89,27 @@ fn is_in(group: &str, name: &str) -> bool {
 }
 
 /// Whether this is the name of a timer of the library.
-pub fn is_timer(name: &str) -> bool {
+pub(crate) fn is_timer(name: &str) -> bool {
     is_in(TIMERS, name)
 }
 
 /// Whether this is the name of a text function, whatever the width of its characters.
-pub fn is_text(name: &str) -> bool {
+pub(crate) fn is_text(name: &str) -> bool {
     LIBRARY.1.iter().any(|block| block.group == TEXTS && block.family == name)
 }
 
 /// Whether this is the name of a function of dates or bits.
-pub fn is_function(name: &str) -> bool {
+pub(crate) fn is_function(name: &str) -> bool {
     is_in(FUNCTIONS, name)
 }
 
 /// Whether only the library itself may call a function of this name.
-pub fn is_inner(name: &str) -> bool {
+pub(crate) fn is_inner(name: &str) -> bool {
     is_in(INNER, name)
 }
 
 /// Defines the constants that a block of the library uses.
-pub fn constants(cpu: Cpu, name: &str, symbols: &mut HashMap<String, Symbol>) {
+pub(crate) fn constants(cpu: Cpu, name: &str, symbols: &mut HashMap<String, Symbol>) {
     let mut add = |name: &str, of: Elementary, value: i128| {
         let value = Operand::Value(of, crate::ir::Expr::Const(Value::new(of.scalar(), value as u64)));
         symbols.insert(name.to_string(), Symbol::Constant(value));
@@ -157,18 +157,18 @@ fn named(name: &str) -> Option<&'static LibraryBlock> {
 }
 
 /// Whether a name is a system block or type.
-pub fn is_system(name: &str) -> bool {
+pub(crate) fn is_system(name: &str) -> bool {
     let name = key(name);
     named(&name).is_some() || natives().iter().any(|native| native.eq_ignore_ascii_case(&name))
 }
 
 /// Whether a name is a function called like the user's own.
-pub fn is_block(name: &str) -> bool {
+pub(crate) fn is_block(name: &str) -> bool {
     is_in(FCS, alias(name))
 }
 
 /// Whether a name is a kind of timer or counter that a variable of a generic type may be called as.
-pub fn is_method(name: &str) -> bool {
+pub(crate) fn is_method(name: &str) -> bool {
     let kind = name.split_once('_').map_or(name, |(kind, _)| kind);
     named(name).is_some_and(|block| [TIMERS, COUNTERS].contains(&block.group) && block.family == kind)
 }
@@ -290,7 +290,7 @@ impl Compiler<'_> {
 }
 
 /// The last name of a path, in upper case.
-pub fn last_name(tree: &crate::front::syntax::Tree, path: ExpressionId) -> Option<(String, Span)> {
+pub(crate) fn last_name(tree: &crate::front::syntax::Tree, path: ExpressionId) -> Option<(String, Span)> {
     match &tree.expressions[path].kind {
         ExpressionKind::Name(_, name) | ExpressionKind::Member(_, name) => Some((name.key(), name.span)),
         ExpressionKind::Index(base, _) => last_name(tree, *base),
@@ -312,7 +312,7 @@ fn tables() -> Vec<&'static StaticTable> {
 }
 
 /// The names of the native blocks.
-pub fn natives() -> Vec<&'static str> {
+pub(crate) fn natives() -> Vec<&'static str> {
     tables().into_iter().map(|table| table.name).collect()
 }
 

@@ -30,7 +30,7 @@ enum Callee {
 
 impl Lowerer<'_, '_> {
     /// A call as a statement.
-    pub fn call_statement(&mut self, id: ExpressionId) {
+    pub(crate) fn call_statement(&mut self, id: ExpressionId) {
         let expressions = self.expressions();
         let ExpressionKind::Call(callee, arguments) = &expressions[id].kind else { return };
         let span = expressions[id].span;
@@ -50,7 +50,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// A call in an expression.
-    pub fn call_value(
+    pub(crate) fn call_value(
         &mut self,
         callee: ExpressionId,
         arguments: &[Argument],
@@ -83,7 +83,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The value returned by a function that has a source.
-    pub fn value_of_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Operand {
+    pub(crate) fn value_of_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Operand {
         if self.compiler.blocks[block].result == Type::Void {
             let name = self.compiler.blocks[block].name.clone();
             return self.error(span, format!("{name} has no value"), Some("call it as a statement"));
@@ -172,7 +172,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Whether the callee is an instance.
-    pub fn is_instance(&self, callee: ExpressionId) -> bool {
+    pub(crate) fn is_instance(&self, callee: ExpressionId) -> bool {
         match &self.expressions()[callee].kind {
             ExpressionKind::Name(Scope::Global, name) => {
                 let block = self.compiler.names.get(&name.key());
@@ -718,7 +718,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Calls a function; returns the type and place of its value.
-    pub fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
+    pub(crate) fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
         self.enabled(block, arguments, span, |lowerer, arguments, eno| {
             lowerer.call_enabled_function(block, arguments, eno, span)
         })
@@ -828,7 +828,7 @@ impl Lowerer<'_, '_> {
 
 impl Variable {
     /// A whole variable, not a slice of it.
-    pub fn whole(of: Type, place: Place) -> Variable {
+    pub(crate) fn whole(of: Type, place: Place) -> Variable {
         Variable { of, place, slice: None, section: None, timer: None }
     }
 }

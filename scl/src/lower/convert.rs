@@ -8,7 +8,7 @@ use crate::ir::{At, Binary, Convert, Expr, Scalar, Unary, Value};
 use manifest::Cpu;
 
 /// A conversion in the program, folded if its operand is constant.
-pub fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> Expr {
+pub(super) fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> Expr {
     if from == to && matches!(how, Convert::Value | Convert::Bits) {
         return value;
     }
@@ -21,7 +21,7 @@ pub fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> E
 }
 
 /// An operation in the program, folded if both operands are constant and no warning is due.
-pub fn binary(operation: Binary, of: Scalar, left: Expr, right: Expr, at: At) -> Expr {
+pub(super) fn binary(operation: Binary, of: Scalar, left: Expr, right: Expr, at: At) -> Expr {
     if let (Expr::Const(left), Expr::Const(right)) = (&left, &right)
         && let Some((result, false)) = operation.fold(*left, *right)
     {
@@ -31,7 +31,7 @@ pub fn binary(operation: Binary, of: Scalar, left: Expr, right: Expr, at: At) ->
 }
 
 /// A unary operation, folded if its operand is constant.
-pub fn unary(operation: Unary, of: Scalar, value: Expr) -> Expr {
+pub(super) fn unary(operation: Unary, of: Scalar, value: Expr) -> Expr {
     if let Expr::Const(constant) = value
         && let Some(result) = operation.fold(constant)
     {
@@ -41,13 +41,13 @@ pub fn unary(operation: Unary, of: Scalar, value: Expr) -> Expr {
 }
 
 /// Zero of a type.
-pub fn zero(of: Elementary) -> Expr {
+pub(crate) fn zero(of: Elementary) -> Expr {
     Expr::Const(Value::new(of.scalar(), 0))
 }
 
 impl Lowerer<'_, '_> {
     /// The type of an untyped integer.
-    pub fn widest(&self, whole: i128) -> Elementary {
+    pub(crate) fn widest(&self, whole: i128) -> Elementary {
         match self.compiler.cpu {
             Cpu::S71500 => Elementary::LInt,
             _ if i32::try_from(whole).is_ok() => Elementary::DInt,
@@ -56,12 +56,12 @@ impl Lowerer<'_, '_> {
     }
 
     /// The type of an untyped floating-point literal.
-    pub fn widest_real(&self) -> Elementary {
+    pub(crate) fn widest_real(&self) -> Elementary {
         if self.compiler.cpu == Cpu::S7300 { Elementary::Real } else { Elementary::LReal }
     }
 
     /// The operand converted to a type, as in an assignment.
-    pub fn converted(&mut self, operand: Operand, to: Elementary, span: Span) -> Expr {
+    pub(crate) fn converted(&mut self, operand: Operand, to: Elementary, span: Span) -> Expr {
         match operand {
             Operand::Value(from, value) => self.implicit(value, from, to, span),
             Operand::Whole(whole) => self.whole_as(whole, to, span),
@@ -130,7 +130,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// An implicit conversion, as in an assignment.
-    pub fn implicit(&mut self, value: Expr, from: Elementary, to: Elementary, span: Span) -> Expr {
+    pub(crate) fn implicit(&mut self, value: Expr, from: Elementary, to: Elementary, span: Span) -> Expr {
         use Class::{Bits, Bool, Character, Date, Integer, Real, Time};
         if from == to {
             return value;
@@ -192,7 +192,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// `X_TO_Y(value)`.
-    pub fn explicit(&mut self, value: Expr, from: Elementary, to: Elementary, span: Span) -> Operand {
+    pub(crate) fn explicit(&mut self, value: Expr, from: Elementary, to: Elementary, span: Span) -> Operand {
         use Class::{Bits, Bool, Character, Date, Integer, Real, Time};
         let at = self.at(span);
         let are_bits = |real: Elementary, bits: Elementary| {

@@ -9,11 +9,11 @@ use crate::front::syntax::{ExpressionId, ExpressionKind};
 use crate::ir::{self, At, Base, Convert, Expr, Place, Scalar, Value};
 
 /// The size of a DTL in bytes.
-pub const DTL_BYTES: usize = 12;
+pub(crate) const DTL_BYTES: usize = 12;
 
 impl Lowerer<'_, '_> {
     /// Lowers an expression; `expected` is the type of the variable it is directly assigned to.
-    pub fn operand(&mut self, id: ExpressionId, expected: Option<Elementary>) -> Operand {
+    pub(crate) fn operand(&mut self, id: ExpressionId, expected: Option<Elementary>) -> Operand {
         let operand = self.calculated(id, expected);
         self.noted(id, operand)
     }
@@ -83,7 +83,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Lowers a literal.
-    pub fn literal(&mut self, text: &str, span: Span) -> Operand {
+    pub(crate) fn literal(&mut self, text: &str, span: Span) -> Operand {
         match constant::read(text) {
             Ok(Literal::Whole(whole, None)) => Operand::Whole(whole),
             Ok(Literal::Whole(whole, Some(of))) => {
@@ -109,7 +109,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The bytes of a DTL literal.
-    pub fn moment(&mut self, id: ExpressionId) -> Option<[u8; DTL_BYTES]> {
+    pub(crate) fn moment(&mut self, id: ExpressionId) -> Option<[u8; DTL_BYTES]> {
         let expressions = self.expressions();
         let ExpressionKind::Literal(text) = &expressions[id].kind else { return None };
         match constant::read(text) {
@@ -133,7 +133,7 @@ impl Lowerer<'_, '_> {
 
     /// The place of a text of the given width: an untyped constant takes that width, and a character becomes a text of
     /// length 1.
-    pub fn text_as(&mut self, operand: Operand, wide: bool, span: Span) -> Option<Place> {
+    pub(crate) fn text_as(&mut self, operand: Operand, wide: bool, span: Span) -> Option<Place> {
         match operand {
             Operand::Wrong(name) => {
                 if let Some(name) = name {
@@ -164,7 +164,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// A character as a text of length 1.
-    pub fn text_of(&mut self, code: Expr, wide: bool, span: Span) -> Place {
+    pub(crate) fn text_of(&mut self, code: Expr, wide: bool, span: Span) -> Place {
         let text = self.temp(ir::Type::Text { capacity: 1, wide });
         let part = |step| Place { steps: vec![step], ..text.clone() };
         let first = ir::Step::Index(vec![Expr::Const(1_i32.into())], self.at(span));
@@ -174,7 +174,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The place of a text.
-    pub fn text_place(&mut self, operand: Operand) -> Option<Place> {
+    pub(crate) fn text_place(&mut self, operand: Operand) -> Option<Place> {
         match operand {
             Operand::Text(text, wide) => {
                 let wide = wide.unwrap_or(text.iter().any(|unit| *unit > 255));
@@ -186,7 +186,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// A constant text; in a STRING, an unsupported character becomes a question mark.
-    pub fn text_constant(&mut self, text: &[u16], wide: bool) -> Place {
+    pub(crate) fn text_constant(&mut self, text: &[u16], wide: bool) -> Place {
         let of = Type::Text { capacity: text.len().min(16382) as u16, wide };
         let lowered = self.compiler.lowered(&of);
         let mut bytes = vec![0; self.compiler.program.size(&lowered)];

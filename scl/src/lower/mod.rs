@@ -20,10 +20,10 @@ use crate::ir::{self, At, Base, Body, Expr, Local, Place, Statement, Value, What
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
-pub use convert::zero;
-pub use expressions::DTL_BYTES;
-pub use functions::{is_of_variants, is_ordinary, refused};
-pub use paths::placed;
+pub(crate) use convert::zero;
+pub(crate) use expressions::DTL_BYTES;
+pub(crate) use functions::{is_of_variants, is_ordinary, refused};
+pub(crate) use paths::placed;
 
 /// A loop that encloses a statement.
 struct Loop {
@@ -41,7 +41,7 @@ struct LabelOf {
 }
 
 /// The lowering of one block.
-pub struct Lowerer<'c, 'a> {
+pub(crate) struct Lowerer<'c, 'a> {
     compiler: &'c mut Compiler<'a>,
     file: usize,
     block: Option<usize>,
@@ -139,7 +139,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
     }
 
     /// A lowerer for constant expressions.
-    pub fn of_constants(
+    pub(crate) fn of_constants(
         compiler: &'c mut Compiler<'a>,
         file: usize,
         symbols: Rc<HashMap<String, Symbol>>,
@@ -188,7 +188,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
     }
 
     /// A constant expression: of the given type, or of its own.
-    pub fn constant(&mut self, id: ExpressionId, of: Option<&Type>) -> Operand {
+    pub(crate) fn constant(&mut self, id: ExpressionId, of: Option<&Type>) -> Operand {
         let span = self.span(id);
         let operand = self.operand(id, of.and_then(Type::elementary));
         match (operand, of) {

@@ -11,7 +11,7 @@ use crate::ir::{self, Expr};
 
 impl Lowerer<'_, '_> {
     /// Lowers `-a` or `NOT a`.
-    pub fn unary(&mut self, operator: Unary, operand: Operand, span: Span) -> Operand {
+    pub(crate) fn unary(&mut self, operator: Unary, operand: Operand, span: Span) -> Operand {
         match (operator, operand) {
             (_, Operand::Wrong(name)) => Operand::Wrong(name.inspect(|name| {
                 if operator == Unary::Not {
@@ -41,7 +41,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The type name of an operand, for messages.
-    pub fn type_name(&self, operand: &Operand) -> String {
+    pub(crate) fn type_name(&self, operand: &Operand) -> String {
         match operand {
             Operand::Whole(_) => "a whole number".to_string(),
             Operand::Fraction(..) => "a number".to_string(),
@@ -56,7 +56,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Lowers `left operator right`.
-    pub fn binary(&mut self, operator: Binary, left: Operand, right: Operand, span: Span) -> Operand {
+    pub(crate) fn binary(&mut self, operator: Binary, left: Operand, right: Operand, span: Span) -> Operand {
         let (left, right) = match (left, right) {
             (Operand::Wrong(name), other) | (other, Operand::Wrong(name)) => {
                 if let Some(name) = name {
@@ -171,7 +171,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The common type of two numbers; `None` if there is none.
-    pub fn common(&self, left: &Operand, right: &Operand) -> Option<Elementary> {
+    pub(crate) fn common(&self, left: &Operand, right: &Operand) -> Option<Elementary> {
         use Operand::{Fraction, Value, Whole};
         match (left, right) {
             (Value(left, _), Value(right, _)) => left.common(*right),
@@ -365,7 +365,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// A condition as an expression of type BOOL.
-    pub fn condition(&mut self, operand: Operand, span: Span) -> Expr {
+    pub(crate) fn condition(&mut self, operand: Operand, span: Span) -> Expr {
         match operand {
             Operand::Value(Elementary::Bool, value) => value,
             Operand::Wrong(_) | Operand::Whole(0 | 1) => self.converted(operand, Elementary::Bool, span),

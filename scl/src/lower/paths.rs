@@ -13,11 +13,11 @@ use parameters::problem::{nearest, with_article};
 use parameters::tags;
 
 /// The advice given for an absolute address.
-pub const ABSOLUTE: &str = "an absolute address has no value in an FMU; make it an input of the block";
+pub(super) const ABSOLUTE: &str = "an absolute address has no value in an FMU; make it an input of the block";
 
 /// A variable or a part of one.
 #[derive(Clone, Debug)]
-pub struct Variable {
+pub(crate) struct Variable {
     /// Its type.
     pub of: Type,
     /// Its place.
@@ -32,7 +32,7 @@ pub struct Variable {
 
 /// A selection of bits of a variable.
 #[derive(Clone, Copy, Debug)]
-pub struct Slice {
+pub(crate) struct Slice {
     /// The bit string type of the selection.
     pub of: Elementary,
     /// The offset of its lowest bit.
@@ -40,7 +40,7 @@ pub struct Slice {
 }
 
 /// The result of resolving a path.
-pub enum Path {
+pub(crate) enum Path {
     /// A variable.
     Variable(Variable),
     /// A constant.
@@ -53,7 +53,7 @@ pub enum Path {
 
 impl Lowerer<'_, '_> {
     /// The value of a path if it is a number, else the variable itself.
-    pub fn load(&mut self, id: ExpressionId) -> Operand {
+    pub(crate) fn load(&mut self, id: ExpressionId) -> Operand {
         match self.path(id) {
             Path::Variable(variable) => self.value_of(&variable, self.span(id)),
             Path::Constant(operand) => operand,
@@ -66,7 +66,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The value of a variable.
-    pub fn value_of(&mut self, variable: &Variable, span: Span) -> Operand {
+    pub(crate) fn value_of(&mut self, variable: &Variable, span: Span) -> Operand {
         let Type::Elementary(of) = variable.of else {
             return match &variable.of {
                 Type::Wrong | Type::Missing(_) => Operand::Wrong(None),
@@ -88,7 +88,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The writable variable at a path; anything else is reported as an error.
-    pub fn target(&mut self, id: ExpressionId) -> Option<Variable> {
+    pub(crate) fn target(&mut self, id: ExpressionId) -> Option<Variable> {
         let span = self.span(id);
         if matches!(self.expressions()[id].kind, ExpressionKind::Call(..) | ExpressionKind::Literal(_)) {
             self.error(span, "this cannot be assigned to", Some("write a variable"));
@@ -112,7 +112,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The undeclared name at a path, if it leads to one.
-    pub fn missing(&mut self, id: ExpressionId) -> Option<Missing> {
+    pub(crate) fn missing(&mut self, id: ExpressionId) -> Option<Missing> {
         match self.path(id) {
             Path::Missing(missing) => Some(missing),
             _ => None,
@@ -120,7 +120,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Resolves a path.
-    pub fn path(&mut self, id: ExpressionId) -> Path {
+    pub(crate) fn path(&mut self, id: ExpressionId) -> Path {
         let span = self.span(id);
         let expressions = self.expressions();
         match &expressions[id].kind {
@@ -279,7 +279,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The ENO variable of the block.
-    pub fn eno_path(&mut self, name: &Name) -> Path {
+    pub(crate) fn eno_path(&mut self, name: &Name) -> Path {
         self.name(Scope::Bare, name)
     }
 
@@ -334,7 +334,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// A member of a variable.
-    pub fn member(&mut self, variable: Variable, name: &Name) -> Path {
+    pub(crate) fn member(&mut self, variable: Variable, name: &Name) -> Path {
         let capitals = name.key();
         match &variable.of {
             Type::Structure(structure) => {
@@ -498,7 +498,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The place and type of a data block's member, for its start value.
-    pub fn member_of(&mut self, global: &Global, id: ExpressionId) -> Option<(Place, Type)> {
+    pub(crate) fn member_of(&mut self, global: &Global, id: ExpressionId) -> Option<(Place, Type)> {
         let root = Variable::whole(global.of.clone(), global.place());
         match self.path_in(root, id)? {
             Path::Variable(variable) => Some((variable.place, variable.of)),
@@ -546,7 +546,7 @@ fn slice(name: &str, of: Elementary, within: Option<Slice>) -> Option<Slice> {
 }
 
 /// The name and the type of a tag declared for an address such as `%IW4`.
-pub fn placed(address: &str) -> (String, Elementary) {
+pub(crate) fn placed(address: &str) -> (String, Elementary) {
     let bits = tags::bits(address).map_or(1, |(_, bits)| (bits.end - bits.start) as u32);
     (address.trim_start_matches('%').replace('.', "_"), Elementary::bit_string(bits))
 }
@@ -561,7 +561,7 @@ fn is_address(name: &str) -> bool {
 }
 
 /// Whether an upper-case name is a data block number: `DB11`.
-pub fn is_numbered_block(name: &str) -> bool {
+pub(super) fn is_numbered_block(name: &str) -> bool {
     let number = name.strip_prefix("DB");
     number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
 }

@@ -15,7 +15,7 @@ use std::rc::Rc;
 
 impl Lowerer<'_, '_> {
     /// Lowers statements in order.
-    pub fn statements(&mut self, statements: &[Statement]) {
+    pub(crate) fn statements(&mut self, statements: &[Statement]) {
         self.warn_of_calls(statements);
         for statement in statements {
             self.with_views(statement.span, |lowerer| lowerer.statement(statement));
@@ -171,7 +171,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Gives an untyped temporary the type of the output stored in it.
-    pub fn declare_for(&mut self, target: ExpressionId, of: &Type) {
+    pub(crate) fn declare_for(&mut self, target: ExpressionId, of: &Type) {
         if let ExpressionKind::Name(_, name) = &self.expressions()[target].kind
             && self.untyped.remove(&name.key())
         {
@@ -185,7 +185,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Checks that jumps go to labels of the block, and never into a loop.
-    pub fn check_labels(&mut self) {
+    pub(crate) fn check_labels(&mut self) {
         for (name, label) in std::mem::take(&mut self.labels) {
             for (span, loops) in &label.jumps {
                 match &label.loops {
@@ -290,14 +290,14 @@ impl Lowerer<'_, '_> {
     }
 
     /// Infers the type of an undeclared variable from an assignment to it.
-    pub fn guess_target(&mut self, target: ExpressionId, operand: &Operand) {
+    pub(crate) fn guess_target(&mut self, target: ExpressionId, operand: &Operand) {
         if let Some(missing) = self.missing(target) {
             self.guess_like(&missing, operand);
         }
     }
 
     /// Infers the type of an undeclared variable from a value with which it is set or compared.
-    pub fn guess_like(&mut self, missing: &Missing, operand: &Operand) {
+    pub(crate) fn guess_like(&mut self, missing: &Missing, operand: &Operand) {
         match operand {
             Operand::Value(of, _) => self.guess(missing, *of),
             Operand::Fraction(..) => self.guess(missing, Elementary::Real),
@@ -317,7 +317,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Assigns a value to a variable, converted to its type.
-    pub fn assign(&mut self, variable: &Variable, operand: Operand, span: Span) {
+    pub(crate) fn assign(&mut self, variable: &Variable, operand: Operand, span: Span) {
         let place = variable.place.clone();
         match &variable.of {
             Type::Elementary(of) => match variable.slice {
@@ -533,7 +533,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The place with its indices evaluated once.
-    pub fn frozen(&mut self, mut place: Place, span: Span) -> Place {
+    pub(crate) fn frozen(&mut self, mut place: Place, span: Span) -> Place {
         for step in &mut place.steps {
             let Step::Index(indices, _) = step else { continue };
             for index in indices {

@@ -287,12 +287,12 @@ impl Compiler<'_> {
 
 impl Lowerer<'_, '_> {
     /// Whether a variable is a view or a part of one.
-    pub fn is_view(&self, variable: &Variable) -> bool {
+    pub(crate) fn is_view(&self, variable: &Variable) -> bool {
         self.views.iter().any(|view| variable.place.base == Base::Local(view.local))
     }
 
     /// Records that the statement uses a view.
-    pub fn use_view(&mut self, variable: &Variable, is_written: bool) {
+    pub(crate) fn use_view(&mut self, variable: &Variable, is_written: bool) {
         let Base::Local(local) = variable.place.base else { return };
         let Some(number) = self.views.iter().position(|view| view.local == local) else { return };
         match self.used.iter_mut().find(|(used, _)| *used == number) {
@@ -317,7 +317,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Reports errors in the views of a block and drops the faulty ones.
-    pub fn check_views(&mut self) {
+    pub(crate) fn check_views(&mut self) {
         for view in self.views.clone() {
             if view.of.is_wrong() {
                 continue;
@@ -336,7 +336,7 @@ impl Lowerer<'_, '_> {
 
     /// Lowers `part`, loading the views it uses before it and writing back those it changed after it. Views used only
     /// in the conditions of nested statements are handled there.
-    pub fn with_views<T>(&mut self, span: Span, part: impl FnOnce(&mut Self) -> T) -> T {
+    pub(crate) fn with_views<T>(&mut self, span: Span, part: impl FnOnce(&mut Self) -> T) -> T {
         if self.views.is_empty() {
             return part(self);
         }

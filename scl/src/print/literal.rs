@@ -10,7 +10,7 @@ use crate::ir::Value;
 ///
 /// # Errors
 /// The dialect does not have the type.
-pub fn literal(value: Value, of: Elementary, is_bare: bool, dialect: Dialect) -> Result<String, String> {
+pub(crate) fn literal(value: Value, of: Elementary, is_bare: bool, dialect: Dialect) -> Result<String, String> {
     dialect.check(of)?;
     // A bit string is unsigned, even if its scalar is signed.
     let is_signed = value.ty().is_signed() && of.class() != Class::Bits;

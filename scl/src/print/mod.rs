@@ -24,7 +24,7 @@ use crate::ir::{Function, Kind, Program, Scalar, Type};
 use facts::{Facts, Use};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-pub use literal::literal;
+pub(crate) use literal::literal;
 
 /// The target compiler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

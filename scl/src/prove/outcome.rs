@@ -178,6 +178,6 @@ fn shown(kind: Option<Kind>, bits: u32) -> String {
 }
 
 /// A value as text, from its bits on a tape.
-pub fn value_text(kind: Kind, bits: u32) -> String {
+pub(super) fn value_text(kind: Kind, bits: u32) -> String {
     shown(Some(kind), bits)
 }

@@ -29,7 +29,7 @@ fn document(sections: Sections, networks: &[&str]) -> String {
 
 /// Runs a block in both formats, together with other sources.
 #[track_caller]
-pub fn both(sections: Sections, nets: Vec<Net>, networks: &[&str], others: &str) -> [(&'static str, Ran); 2] {
+pub(crate) fn both(sections: Sections, nets: Vec<Net>, networks: &[&str], others: &str) -> [(&'static str, Ran); 2] {
     let of = |name: &'static str, text: String| {
         let mut files = vec![(name, text.clone())];
         if !others.is_empty() {

@@ -1,5 +1,7 @@
 //! Ladder and function block diagrams, written as SimaticML by a writer of the tests: the behavior of each element.
 
+#![allow(clippy::unwrap_used)]
+
 mod damaged;
 mod data;
 mod elements;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 /// The source of a wire.
 #[derive(Clone, Debug, PartialEq)]
-pub enum From {
+pub(crate) enum From {
     Rail,
     /// A variable of the block, such as `a` or `t.Q`.
     Local(String),
@@ -17,23 +17,23 @@ pub enum From {
 }
 
 /// A variable of the block.
-pub fn local(name: &str) -> From {
+pub(crate) fn local(name: &str) -> From {
     From::Local(name.to_string())
 }
 
 /// A constant without a separate type.
-pub fn typed(value: &str) -> From {
+pub(crate) fn typed(value: &str) -> From {
     From::Constant("", value.to_string())
 }
 
 /// An INT.
-pub fn int(value: i64) -> From {
+pub(crate) fn int(value: i64) -> From {
     From::Constant("Int", value.to_string())
 }
 
 /// A network.
 #[derive(Clone, Debug, Default)]
-pub struct Net {
+pub(crate) struct Net {
     title: String,
     uid: u32,
     accesses: String,
@@ -44,34 +44,34 @@ pub struct Net {
 }
 
 impl Net {
-    pub fn new(title: &str) -> Net {
+    pub(crate) fn new(title: &str) -> Net {
         Net { title: title.to_string(), uid: 20, ..Net::default() }
     }
 
     /// Creates a network in another language from the content of its source.
-    pub fn of_source(title: &str, source: &str) -> Net {
+    pub(crate) fn of_source(title: &str, source: &str) -> Net {
         Net { scl: Some(source.to_string()), ..Net::new(title) }
     }
 
-    pub fn next(&mut self) -> u32 {
+    pub(crate) fn next(&mut self) -> u32 {
         self.uid += 1;
         self.uid
     }
 
-    pub fn label(&mut self, name: &str) {
+    pub(crate) fn label(&mut self, name: &str) {
         let uid = self.next();
         write!(self.labels, "<LabelDeclaration UId=\"{uid}\"><Label Name=\"{name}\" /></LabelDeclaration>").unwrap();
     }
 
     /// Adds a part with its content and the sources of its pins.
-    pub fn part(&mut self, name: &str, inner: &str, inputs: &[(&str, From)]) -> u32 {
+    pub(crate) fn part(&mut self, name: &str, inner: &str, inputs: &[(&str, From)]) -> u32 {
         let uid = self.next();
         self.part_at(uid, name, inner, inputs);
         uid
     }
 
     /// Adds a part with a reserved UId.
-    pub fn part_at(&mut self, uid: u32, name: &str, inner: &str, inputs: &[(&str, From)]) {
+    pub(crate) fn part_at(&mut self, uid: u32, name: &str, inner: &str, inputs: &[(&str, From)]) {
         let (name, attributes) = name.split_once(' ').unwrap_or((name, ""));
         writeln!(self.parts, "<Part Name=\"{name}\" UId=\"{uid}\" {attributes}>{inner}</Part>").unwrap();
         for (pin, from) in inputs {
@@ -80,14 +80,14 @@ impl Net {
     }
 
     /// Adds a call: BlockType, name and the content of CallInfo.
-    pub fn call(&mut self, of: &str, name: &str, inner: &str, inputs: &[(&str, From)]) -> u32 {
+    pub(crate) fn call(&mut self, of: &str, name: &str, inner: &str, inputs: &[(&str, From)]) -> u32 {
         let uid = self.next();
         self.call_at(uid, of, name, inner, inputs);
         uid
     }
 
     /// Adds a call with a reserved UId.
-    pub fn call_at(&mut self, uid: u32, of: &str, name: &str, inner: &str, inputs: &[(&str, From)]) {
+    pub(crate) fn call_at(&mut self, uid: u32, of: &str, name: &str, inner: &str, inputs: &[(&str, From)]) {
         writeln!(
             self.parts,
             "<Call UId=\"{uid}\"><CallInfo Name=\"{name}\" BlockType=\"{of}\">{inner}</CallInfo></Call>"
@@ -98,7 +98,7 @@ impl Net {
         }
     }
 
-    pub fn wire(&mut self, from: From, to: &str) {
+    pub(crate) fn wire(&mut self, from: From, to: &str) {
         // Operands have an access for each use; pins and the power rail have one wire for all.
         let is_shared = matches!(from, From::Rail | From::Pin(..));
         match self.wires.iter_mut().find(|(own, _)| is_shared && *own == from) {
@@ -108,13 +108,13 @@ impl Net {
     }
 
     /// Connects an output pin to a variable.
-    pub fn write(&mut self, uid: u32, pin: &'static str, target: From) {
+    pub(crate) fn write(&mut self, uid: u32, pin: &'static str, target: From) {
         let access = self.access(&target);
         self.wire(From::Pin(uid, pin), &format!("<IdentCon UId=\"{access}\" />"));
     }
 
     /// Sets the label that a jump leads to.
-    pub fn jump_to(&mut self, uid: u32, label: &str) {
+    pub(crate) fn jump_to(&mut self, uid: u32, label: &str) {
         let access = self.next();
         writeln!(self.accesses, "<Access Scope=\"Label\" UId=\"{access}\"><Label Name=\"{label}\" /></Access>")
             .unwrap();
@@ -222,7 +222,7 @@ fn members(text: &str) -> String {
 }
 
 /// Writes a block: `FB`, `FC` or `OB`, its name, its sections and its networks in a language.
-pub fn block(of: &str, name: &str, sections: &[(&str, &str)], networks: Vec<Net>, language: &str) -> String {
+pub(crate) fn block(of: &str, name: &str, sections: &[(&str, &str)], networks: Vec<Net>, language: &str) -> String {
     let section = |(name, text): &(&str, &str)| format!("<Section Name=\"{name}\">\n{}</Section>\n", members(text));
     let sections: String = sections.iter().map(section).collect();
     let units: String =

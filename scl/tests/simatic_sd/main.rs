@@ -1,5 +1,7 @@
 //! Documents in SIMATIC SD.
 
+#![allow(clippy::unwrap_used)]
+
 mod blocks;
 mod elements;
 mod errors;

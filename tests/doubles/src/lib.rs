@@ -1,5 +1,6 @@
 //! FMUs for tests: a controller and a plant that are written here, and a foreign FMU that fails when it is told to.
 
+#![allow(clippy::unwrap_used)]
 #![allow(missing_docs)]
 
 mod macos;

@@ -10,7 +10,7 @@ use tests::{Entry, Fmu, Instance, Log, Random, Status, call_harmlessly, logging_
 
 /// One call: which function, and from what its arguments are drawn when its turn has come.
 #[derive(Clone, Copy)]
-pub struct Call {
+pub(crate) struct Call {
     pub function: usize,
     pub seed: u64,
 }
@@ -22,14 +22,14 @@ impl fmt::Debug for Call {
 }
 
 /// An FMU state that the host holds, with what a model knows of it.
-pub struct Saved<M = Model> {
+pub(crate) struct Saved<M = Model> {
     pub pointer: Pointer,
     pub model: M,
     pub bytes: Vec<u8>,
 }
 
 /// A living instance.
-pub struct Slot {
+pub(crate) struct Slot {
     pub component: Pointer,
     name: CString,
     log: Box<Log>,
@@ -48,13 +48,13 @@ pub struct Slot {
     probe: Pointer,
 }
 
-pub const CATEGORIES: [&str; 4] = ["logStatusError", "logStatusDiscard", "logStatusFatal", "logAdvice"];
+pub(crate) const CATEGORIES: [&str; 4] = ["logStatusError", "logStatusDiscard", "logStatusFatal", "logAdvice"];
 const ADVICE: usize = 3;
 
 /// How often each function gave a status other than fmi2Error, and fmi2Error, by state.
-pub type Seen = [[[u64; 2]; STATES.len()]; 34];
+pub(crate) type Seen = [[[u64; 2]; STATES.len()]; 34];
 
-pub struct Host<'a> {
+pub(crate) struct Host<'a> {
     pub fmu: &'static Fmu,
     pub slots: [Option<Slot>; 3],
     /// Serialized states that are good.
@@ -68,12 +68,12 @@ pub struct Host<'a> {
 
 impl<'a> Host<'a> {
     /// A host without instances.
-    pub fn new(fmu: &'static Fmu, foreign_blob: &'a [u8], seen: &'a mut Seen) -> Host<'a> {
+    pub(crate) fn new(fmu: &'static Fmu, foreign_blob: &'a [u8], seen: &'a mut Seen) -> Host<'a> {
         Host { fmu, slots: [const { None }; 3], blobs: Vec::new(), foreign_blob, freed: Vec::new(), seen }
     }
 
     /// Calls, and checks the answer.
-    pub fn perform(&mut self, call: Call) {
+    pub(crate) fn perform(&mut self, call: Call) {
         let random = &mut Random::new(call.seed);
         let place = random.below(self.slots.len());
         match ALLOWED[call.function].0 {
@@ -87,7 +87,7 @@ impl<'a> Host<'a> {
     }
 
     /// Frees all instances; none of them may have seen what was done to another.
-    pub fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         for slot in self.slots.iter().flatten() {
             let mut bytes = Vec::new();
             self.snapshot(slot, &mut bytes);
@@ -97,7 +97,7 @@ impl<'a> Host<'a> {
     }
 
     /// The living instance at a place.
-    pub fn slot(&mut self, place: usize) -> &mut Slot {
+    pub(crate) fn slot(&mut self, place: usize) -> &mut Slot {
         self.slots[place].as_mut().unwrap()
     }
 
@@ -288,7 +288,7 @@ impl<'a> Host<'a> {
     }
 
     /// Value references, mostly good ones for this function, and sometimes too many to be true.
-    pub fn references(&self, random: &mut Random, function: &str) -> Vec<u32> {
+    pub(crate) fn references(&self, random: &mut Random, function: &str) -> Vec<u32> {
         let variables = &self.fmu.variables;
         let fitting: Vec<u32> = (0..variables.len() as u32)
             .filter(|reference| {
@@ -308,7 +308,7 @@ impl<'a> Host<'a> {
     }
 
     /// An address for an FMU state: a good one of this instance, and what else a host may mix it up with.
-    pub fn state_pointer(&self, random: &mut Random, slot: usize) -> Pointer {
+    pub(crate) fn state_pointer(&self, random: &mut Random, slot: usize) -> Pointer {
         let own = &self.slots[slot].as_ref().unwrap().saved;
         let others: Vec<Pointer> =
             self.slots.iter().flatten().flat_map(|other| other.saved.iter().map(|saved| saved.pointer)).collect();
@@ -323,7 +323,7 @@ impl<'a> Host<'a> {
     }
 
     /// Bytes to restore from, with the model that belongs to them if they are good.
-    pub fn serialized(&self, random: &mut Random) -> (Vec<u8>, Option<Model>) {
+    pub(crate) fn serialized(&self, random: &mut Random) -> (Vec<u8>, Option<Model>) {
         if self.blobs.is_empty() || random.once_in(16) {
             return (random.pick(&[self.foreign_blob, &[], &[0; 400], b"plcfmu"]).to_vec(), None);
         }

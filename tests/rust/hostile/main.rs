@@ -11,6 +11,7 @@
 //! `PLCFMU_HOSTILE_CALLS` is the number of calls (over all libraries), `PLCFMU_HOSTILE_SEED` begins another sequence, `PLCFMU_HOSTILE_TYPES` names
 //! the types that the libraries have in FMI 3.0, if they have one choice.
 
+#![allow(clippy::unwrap_used)]
 // A hostile host calls C functions.
 #![allow(unsafe_code)]
 

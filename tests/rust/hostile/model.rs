@@ -7,11 +7,11 @@ use tests::{Class, Fmu, Kind, Random, Status};
 
 /// The states of an instance that a host can see: instantiated, Initialization Mode, stepComplete, terminated. (A step
 /// is never in progress after fmi2DoStep, none fails or is canceled, and refused calls lead to no error state.)
-pub const STATES: &str = "INCT";
+pub(crate) const STATES: &str = "INCT";
 
 /// In which of them each function is allowed: the table of the standard, 4.2.4, with the two known exceptions that Get
 /// works in state instantiated and that inputs may be set there.
-pub const ALLOWED: [(&str, &str); 34] = [
+pub(crate) const ALLOWED: [(&str, &str); 34] = [
     ("fmi2GetTypesPlatform", "INCT"),
     ("fmi2GetVersion", "INCT"),
     ("fmi2SetDebugLogging", "INCT"),
@@ -49,13 +49,13 @@ pub const ALLOWED: [(&str, &str); 34] = [
 ];
 
 /// Where a function stands in [`ALLOWED`].
-pub fn number(function: &str) -> usize {
+pub(crate) fn number(function: &str) -> usize {
     ALLOWED.iter().position(|(name, _)| *name == function).unwrap()
 }
 
 /// What the model knows of an instance.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub(crate) struct Model {
     /// The place of its state in [`STATES`].
     pub state: usize,
     /// Start and stop time.
@@ -72,27 +72,27 @@ pub struct Model {
 
 impl Model {
     /// A new instance.
-    pub fn new(fmu: &Fmu) -> Model {
+    pub(crate) fn new(fmu: &Fmu) -> Model {
         let values = fmu.variables.iter().map(|variable| variable.start()).collect();
         let texts = fmu.texts.iter().map(|text| text.start.clone()).collect();
         Model { state: 0, experiment: None, end: 0.0, values, texts, derivatives: BTreeMap::new() }
     }
 
     /// Whether the standard allows a function, by its place in [`ALLOWED`], in this state.
-    pub fn allows(&self, function: usize) -> bool {
+    pub(crate) fn allows(&self, function: usize) -> bool {
         ALLOWED[function].1.contains(&STATES[self.state..=self.state])
     }
 }
 
 /// What an answer has to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Expected {
+pub(crate) enum Expected {
     Exactly(Status),
     /// The model does not know: numbers too near to a bound, or a check that only this block makes.
     OkOrError,
 }
 
-pub fn ok_if(condition: bool) -> Expected {
+pub(crate) fn ok_if(condition: bool) -> Expected {
     Expected::Exactly(if condition { Status::Ok } else { Status::Error })
 }
 
@@ -100,7 +100,7 @@ pub fn ok_if(condition: bool) -> Expected {
 const EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// What a variable holds after it was set; `None` where that is refused.
-pub fn held(kind: Kind, value: f64) -> Option<f64> {
+pub(crate) fn held(kind: Kind, value: f64) -> Option<f64> {
     match kind {
         Kind::Real => Some(f64::from(value as f32)).filter(|held| held.is_finite()),
         Kind::LReal => Some(value).filter(|held| held.is_finite()),
@@ -124,13 +124,13 @@ pub fn held(kind: Kind, value: f64) -> Option<f64> {
 }
 
 /// Whether a STRING or WSTRING holds a text: a STRING has characters of one byte, a WSTRING such of two.
-pub fn holds(text: &Text, given: &str) -> bool {
+pub(crate) fn holds(text: &Text, given: &str) -> bool {
     let units = given.encode_utf16().count();
     units <= text.ty.most.into() && (text.ty.is_wide || given.chars().all(|it| it <= '\u{ff}'))
 }
 
 /// Whether a variable of this PLC type belongs to `fmi2GetReal`, `fmi2SetBoolean` and so on.
-pub fn is_of(kind: Kind, function: &str) -> bool {
+pub(crate) fn is_of(kind: Kind, function: &str) -> bool {
     match &function["fmi2Get".len()..] {
         "Real" => kind.class() == Class::Real,
         "Integer" => kind.class() == Class::Integer,
@@ -139,18 +139,18 @@ pub fn is_of(kind: Kind, function: &str) -> bool {
 }
 
 /// Whether a function has access to a variable of this PLC type: its own, and as Reals all of them.
-pub fn has_access(kind: Kind, function: &str) -> bool {
+pub(crate) fn has_access(kind: Kind, function: &str) -> bool {
     is_of(kind, function) || function.ends_with("Real")
 }
 
 /// Whether a function can set a variable to a value: as a Real, an integer is whole, and a truth value 0 or 1.
-pub fn takes(kind: Kind, function: &str, value: f64) -> bool {
+pub(crate) fn takes(kind: Kind, function: &str, value: f64) -> bool {
     let is_one = is_of(kind, function) || value.fract() == 0.0 && (kind != Kind::Bool || value == 0.0 || value == 1.0);
     has_access(kind, function) && is_one && held(kind, value).is_some()
 }
 
 /// The count that goes with an array of this length, and whether NULL stands for the array.
-pub fn count_of(random: &mut Random, length: usize) -> (usize, bool) {
+pub(crate) fn count_of(random: &mut Random, length: usize) -> (usize, bool) {
     let count = match random.below(24) {
         0 => 0,
         1 => random.pick(&[usize::MAX, isize::MAX as usize, usize::MAX / 2 + 1]),
@@ -160,6 +160,6 @@ pub fn count_of(random: &mut Random, length: usize) -> (usize, bool) {
 }
 
 /// Whether a function may read an array: as many elements as counted, or none at all.
-pub fn good_array(count: usize, length: usize, null: bool) -> bool {
+pub(crate) fn good_array(count: usize, length: usize, null: bool) -> bool {
     count == 0 || count <= length && !null
 }

@@ -46,7 +46,7 @@ const INTEGERS: [c_int; 14] =
     [0, 1, -1, 2, 100, 27648, 32767, 32768, -32768, -32769, 65535, 65536, c_int::MAX, c_int::MIN];
 
 /// Any double.
-pub fn any_real(random: &mut Random) -> f64 {
+pub(crate) fn any_real(random: &mut Random) -> f64 {
     match random.below(4) {
         0 => f64::from_bits(random.bits()),
         1 => random.between(-150.0, 150.0),
@@ -56,7 +56,7 @@ pub fn any_real(random: &mut Random) -> f64 {
 }
 
 /// Any integer; one in four lies at a bound, and half of them are small.
-pub fn any_integer(random: &mut Random) -> c_int {
+pub(crate) fn any_integer(random: &mut Random) -> c_int {
     match random.below(4) {
         0 => random.pick(&INTEGERS),
         1 => random.bits() as c_int,

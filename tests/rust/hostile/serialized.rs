@@ -5,7 +5,7 @@ use std::ptr;
 use tests::{Fmu, Instance, Kind, Random, Role, Status, all_fmus, fmu_of, sealed};
 
 /// A state of this library after some steps.
-pub fn some_state(fmu: &'static Fmu) -> Vec<u8> {
+pub(crate) fn some_state(fmu: &'static Fmu) -> Vec<u8> {
     let instance = Instance::running(fmu, 1.0, Some(1e6));
     for reference in 0..fmu.variables.len() as u32 {
         instance.try_set(reference, 1.0);

@@ -31,7 +31,7 @@ pub struct Decision {
 }
 
 /// What decided in a block, in the instance at a path.
-pub fn decisions(program: &Program, blocks: &[CodeBlock], block: &str, path: &str) -> Vec<Decisions> {
+pub(super) fn decisions(program: &Program, blocks: &[CodeBlock], block: &str, path: &str) -> Vec<Decisions> {
     let Some(of) = blocks.iter().find(|of| of.name.eq_ignore_ascii_case(block)) else { return Vec::new() };
     let mut noted: HashMap<u32, Option<bool>> = HashMap::new();
     for (wire, truth) in program.wires(block, path) {

@@ -23,7 +23,7 @@ const WORKBOOK: &str = ".xlsx/";
 ///
 /// # Errors
 /// A file is not Base64, they are too large, or a tag table is faulty.
-pub fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
+pub(super) fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
     let size: usize = files.iter().map(|of| of.content.len() / 4 * 3).sum();
     ensure!(
         size <= LARGEST,

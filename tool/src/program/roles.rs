@@ -9,7 +9,12 @@ use run::dialog::{self, Group, MANUAL_MODE, Roles};
 use scl::watch::{Called, CodeBlock};
 
 /// The dialog of a program whose documentation has none; `None` if nothing is known.
-pub fn dialog(home: &dyn Home, table: &Table, blocks: &[CodeBlock], parts: &[Instance]) -> Option<(Roles, Vec<Group>)> {
+pub(super) fn dialog(
+    home: &dyn Home,
+    table: &Table,
+    blocks: &[CodeBlock],
+    parts: &[Instance],
+) -> Option<(Roles, Vec<Group>)> {
     let (own, _) = dialog::read(table).ok()?;
     let roles = roles(home, table, blocks, parts).filter(|_| own == Roles::default())?;
     Some((roles, dialog::groups(table, "Settings")))

@@ -194,7 +194,7 @@ pub(super) fn disturbance_side_by_side(
 /// A step that the identified plant predicts.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct Forecasted {
+pub(crate) struct Forecasted {
     /// The controller's settings in force that have an effect, as a list.
     pub settings: String,
     /// Its figures by their keys, of the same step over the same time as those of the run.

@@ -1,5 +1,7 @@
 //! The known loops of the catalogue run as their files say: as `plcfmu run` runs them.
 
+#![allow(clippy::unwrap_used)]
+
 use run::component::Component;
 use run::fmus::Fmus;
 use run::plan::Plan;

@@ -1,5 +1,7 @@
 //! Recordings as the product itself writes them, and as a recorder with a faster clock does, through the replay.
 
+#![allow(clippy::unwrap_used)]
+
 use control::replay::{Change, Conclusion, Doubt, ReplayRequest, Replayed, Why, replay};
 use run::fmus::Fmus;
 use run::system::Value;

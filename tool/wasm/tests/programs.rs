@@ -1,5 +1,7 @@
 //! Programs with a controller inside: their loop has the mode that the program gives the controller.
 
+#![allow(clippy::unwrap_used)]
+
 use serde_json::{Value, json};
 use tool::Engine;
 use tool_wasm::home::Linked;

@@ -1,5 +1,7 @@
 //! Recordings through the blocks that are linked in.
 
+#![allow(clippy::unwrap_used)]
+
 use control::replay::{Change, Conclusion, ReplayRequest, Replayed, Why, replay};
 use run::component::{Component, Type};
 use run::fmus::{Fmus, number_of};

@@ -1,5 +1,7 @@
 //! The tuning rules with the real blocks: settings in each block's form, and the curve that its own arithmetic gives.
 
+#![allow(clippy::unwrap_used)]
+
 use blocks::{ContC, Law, Time};
 use control::identify::{self, Data, Method, Model};
 use control::process::Process;

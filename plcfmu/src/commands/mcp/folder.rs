@@ -9,14 +9,14 @@ use std::path::{Component, Path, PathBuf};
 
 /// A folder, without links in its path.
 #[derive(Clone, Debug)]
-pub struct Folder(PathBuf);
+pub(super) struct Folder(PathBuf);
 
 impl Folder {
     /// The current one.
     ///
     /// # Errors
     /// It is gone.
-    pub fn current() -> Result<Folder> {
+    pub(super) fn current() -> Result<Folder> {
         let folder = env::current_dir().and_then(|folder| folder.canonicalize());
         folder.map(Folder).context("the current folder cannot be read")
     }
@@ -25,7 +25,7 @@ impl Folder {
     ///
     /// Refuses a description of a loop or of tests, or a folder with such files, that names a path
     /// outside.
-    pub fn ensure_inside(&self, text: &str) -> Result<()> {
+    pub(super) fn ensure_inside(&self, text: &str) -> Result<()> {
         self.ensure_within(Path::new(""), text)
     }
 
@@ -33,7 +33,7 @@ impl Folder {
     ///
     /// # Errors
     /// One does.
-    pub fn ensure_descriptions_inside(&self, text: &str) -> Result<()> {
+    pub(super) fn ensure_descriptions_inside(&self, text: &str) -> Result<()> {
         for path in paths(text).map(Path::new) {
             let files = if path.is_dir() { program::test_files(path).unwrap_or_default() } else { vec![path.into()] };
             for file in files.iter().filter(|file| file.is_file()) {

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::any::TypeId;
 
 /// A command as a tool.
-pub struct Offer {
+pub(super) struct Offer {
     pub name: &'static str,
     /// A description that lets an agent choose it.
     pub about: &'static str,
@@ -20,7 +20,7 @@ pub struct Offer {
     pub is_json: bool,
 }
 
-pub const OFFERS: [Offer; 5] = [
+pub(super) const OFFERS: [Offer; 5] = [
     Offer {
         name: "check",
         about: "What is wrong with a program: errors and warnings with file, line, column and remedy, and the block that its FMU runs. Or \
@@ -79,7 +79,7 @@ impl Offer {
     }
 
     /// The schema of a request.
-    pub fn schema(&self) -> JsonObject {
+    pub(super) fn schema(&self) -> JsonObject {
         let property = |(name, arg): (String, Arg)| {
             let forms = arg.get_value_names().unwrap_or_default().join(" ");
             let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
@@ -110,7 +110,7 @@ impl Offer {
     ///
     /// # Errors
     /// The request has something that the tool does not take, or lacks something; or a path leads out of the folder.
-    pub fn arguments(&self, request: &JsonObject, folder: &Folder) -> Result<Vec<String>> {
+    pub(super) fn arguments(&self, request: &JsonObject, folder: &Folder) -> Result<Vec<String>> {
         let takes = self.takes();
         let (mut options, mut files) = (Vec::new(), Vec::new());
         let mut needed = self.needed.to_vec();

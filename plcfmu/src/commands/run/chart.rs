@@ -15,7 +15,7 @@ const MOST_CURVES: usize = 6;
 const MOST_LANES: usize = 10;
 
 /// The picture, and the number of recorded variables that it leaves out.
-pub struct Picture {
+pub(super) struct Picture {
     /// The file's content.
     pub bytes: Vec<u8>,
     /// The variables without room.
@@ -29,7 +29,7 @@ pub struct Picture {
 ///
 /// # Errors
 /// The picture cannot be made.
-pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bool) -> Result<Picture> {
+pub(super) fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bool) -> Result<Picture> {
     let Some((time, curves)) = kept.curves() else { return Ok(Picture { bytes: Vec::new(), left_out: 0 }) };
     let setpoint = kept.column(kept.roles.setpoint.as_ref());
     let output = kept.column(kept.roles.manipulated_value.as_ref());

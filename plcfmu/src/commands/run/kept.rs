@@ -22,7 +22,7 @@ const MOST_CALLS: usize = 2_000_000;
 const POINTS: usize = 8192;
 
 /// Writes the recording during the run, and keeps the data needed at its end.
-pub struct Recorder<'a, 'w> {
+pub(super) struct Recorder<'a, 'w> {
     kept: Kept<'a>,
     /// The recording as CSV, if it is wanted.
     csv: Option<&'w mut dyn Write>,
@@ -31,7 +31,7 @@ pub struct Recorder<'a, 'w> {
 }
 
 /// The data kept from the rows.
-pub struct Kept<'a> {
+pub(super) struct Kept<'a> {
     plan: &'a Plan,
     system: &'a System,
     /// The settings made while it runs.
@@ -69,7 +69,7 @@ pub struct Kept<'a> {
 
 /// The figures of a run.
 #[derive(Debug, Serialize)]
-pub struct Figures {
+pub(super) struct Figures {
     /// Those of the last step and of the last disturbance.
     pub last: Vec<Told>,
     /// Each step and each disturbance with its own.
@@ -78,7 +78,7 @@ pub struct Figures {
 
 /// The figures of a step or of a disturbance, as `--json` prints them.
 #[derive(Debug, Serialize)]
-pub struct Of {
+pub(super) struct Of {
     /// The event to which the figures belong.
     #[serde(flatten)]
     pub happened: Happened,
@@ -88,7 +88,7 @@ pub struct Of {
 
 /// A figure, as `--json` prints it.
 #[derive(Debug, Serialize)]
-pub struct Told {
+pub(super) struct Told {
     /// Its key.
     pub key: &'static str,
     /// Its title.
@@ -103,7 +103,7 @@ pub struct Told {
 
 impl<'a, 'w> Recorder<'a, 'w> {
     /// For the rows of a plan: one of `every` rows is written to `csv` and drawn.
-    pub fn new(
+    pub(super) fn new(
         system: &'a System,
         plan: &'a Plan,
         csv: Option<&'w mut dyn Write>,
@@ -138,7 +138,7 @@ impl<'a, 'w> Recorder<'a, 'w> {
     ///
     /// # Errors
     /// The row of the end cannot be written.
-    pub fn finish(mut self) -> Result<Kept<'a>> {
+    pub(super) fn finish(mut self) -> Result<Kept<'a>> {
         let Kept { plan, rows, every, .. } = self.kept;
         if rows > 0 && !(rows - 1).is_multiple_of(every) && rows <= plan.steps {
             let cells = self.kept.cells.clone();
@@ -165,13 +165,13 @@ impl<'a, 'w> Recorder<'a, 'w> {
 
 impl Kept<'_> {
     /// The column of a variable of the first FMU, if it is recorded.
-    pub fn column(&self, variable: Option<&String>) -> Option<usize> {
+    pub(super) fn column(&self, variable: Option<&String>) -> Option<usize> {
         let name = format!("{}.{}", self.plan.members[0].name, variable?);
         self.plan.columns.iter().position(|column| column.name == name)
     }
 
     /// The process value that is compared with the setpoint. An analog word is not.
-    pub fn process_value(&self) -> Option<usize> {
+    pub(super) fn process_value(&self) -> Option<usize> {
         let input = || self.column(self.roles.process_value.as_ref());
         let is_word = |at: &usize| !self.plan.columns[*at].kind.is_floating();
         self.column(self.roles.shown_process_value.as_ref()).or_else(|| input().filter(|at| !is_word(at)))
@@ -192,7 +192,7 @@ impl Kept<'_> {
     }
 
     /// The times and the curves of all columns that are drawn.
-    pub fn curves(&self) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    pub(super) fn curves(&self) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
         let trace = self.drawn.as_ref()?;
         // The last row is that of the end.
         let time = |call: usize| self.plan.time((call * self.every).min(self.rows - 1));
@@ -228,7 +228,7 @@ impl Kept<'_> {
     }
 
     /// The figures of the loop, or the reason in a sentence if there are none.
-    pub fn figures(&self) -> Result<Figures, String> {
+    pub(super) fn figures(&self) -> Result<Figures, String> {
         if self.signals.is_none() {
             return Err(self.why_none());
         }

@@ -19,7 +19,7 @@ const HEAD: &str = "// What plcfmu has assumed, because no source declares it. C
 ///
 /// # Errors
 /// A file of the program cannot be read, or that of the assumptions cannot be written.
-pub fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
+pub(super) fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
     if file.is_file() && !program::has_source(manifest, file)? {
         manifest.sources.push(file.to_path_buf());
     }

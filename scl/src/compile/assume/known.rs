@@ -5,7 +5,7 @@ use crate::front::syntax::key;
 use crate::ladder::Way;
 
 /// A system block. A parameter without a type takes the type of its argument. Source: TIA Portal help on each block.
-pub struct SystemBlock {
+pub(super) struct SystemBlock {
     /// Its name, in capitals.
     pub name: &'static str,
     /// Whether it is a function block.
@@ -33,7 +33,7 @@ const DONE: &str = "DONE:Bool BUSY:Bool ERROR:Bool STATUS:Word";
 const MOVED: &str = "Done:Bool Busy:Bool CommandAborted:Bool Error:Bool ErrorID:Word";
 
 /// All known system blocks.
-pub const BLOCKS: &[SystemBlock] = &[
+pub(super) const BLOCKS: &[SystemBlock] = &[
     // Communication.
     block("TCON", "REQ:Bool ID:Word CONNECT", DONE),
     block("TDISCON", "REQ:Bool ID:Word", DONE),
@@ -140,12 +140,12 @@ fn find(name: &str) -> Option<&'static SystemBlock> {
 }
 
 /// Whether the system has a function block of that name.
-pub fn is_block(name: &str) -> bool {
+pub(super) fn is_block(name: &str) -> bool {
     find(name).is_some_and(|block| block.has_instances)
 }
 
 /// The parameters of a system block; empty if it is unknown.
-pub fn formals(name: &str) -> Vec<Formal> {
+pub(super) fn formals(name: &str) -> Vec<Formal> {
     let Some(block) = find(name) else { return Vec::new() };
     let list = |texts: &'static str, way| {
         texts.split_whitespace().map(move |text| {
@@ -157,12 +157,12 @@ pub fn formals(name: &str) -> Vec<Formal> {
 }
 
 /// The return type of a system function.
-pub fn value(name: &str) -> Option<&'static str> {
+pub(super) fn value(name: &str) -> Option<&'static str> {
     find(name).map(|block| block.value).filter(|value| !value.is_empty())
 }
 
 /// The block name in an instance name of TIA Portal's scheme, `TSEND_C` for `TSEND_C_DB_1`; otherwise the name itself.
-pub fn without_instance(name: &str) -> String {
+pub(super) fn without_instance(name: &str) -> String {
     let digits = name.trim_end_matches(|last: char| last.is_ascii_digit());
     let plain = digits.strip_suffix('_').filter(|_| digits.len() < name.len()).unwrap_or(name);
     let endings = ["_DB", "_Instance", "_INSTANCE"];

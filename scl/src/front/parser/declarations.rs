@@ -17,7 +17,7 @@ const BLOCKS: [(&str, BlockKind, &str); 5] = [
 
 impl Parser<'_> {
     /// Parses all blocks of the source.
-    pub fn source(mut self) -> Tree {
+    pub(crate) fn source(mut self) -> Tree {
         while !self.is_end() && !self.is_exhausted() {
             match self.block_kind() {
                 Some((kind, end)) => self.block(kind, end),
@@ -96,7 +96,7 @@ impl Parser<'_> {
     }
 
     /// The labels that the block jumps to.
-    pub fn jumps(&self, end: &str) -> std::collections::BTreeSet<String> {
+    pub(crate) fn jumps(&self, end: &str) -> std::collections::BTreeSet<String> {
         let within = self.tokens[self.at..]
             .iter()
             .take_while(|token| token.kind != Kind::Word || !self.text_of(**token).eq_ignore_ascii_case(end));
@@ -227,7 +227,7 @@ impl Parser<'_> {
     }
 
     /// Parses members up to the closing word, which is consumed.
-    pub fn members(&mut self, close: &str) -> Vec<Member> {
+    pub(crate) fn members(&mut self, close: &str) -> Vec<Member> {
         let mut members = Vec::new();
         while !self.takes_word(close) {
             if self.is_end() || self.is_exhausted() || self.block_kind().is_some() && self.symbol_ahead(1) != ":" {
@@ -296,7 +296,7 @@ impl Parser<'_> {
     }
 
     /// Parses a type.
-    pub fn type_of(&mut self) -> Parsed<Type> {
+    pub(crate) fn type_of(&mut self) -> Parsed<Type> {
         let start = self.span();
         let kind = self.deeper(Parser::type_kind)?;
         Ok(Type { kind, span: start.to(self.before()) })

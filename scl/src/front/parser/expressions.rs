@@ -56,13 +56,13 @@ const RESERVED: [&str; 41] = [
 ];
 
 /// Whether an upper-case word is reserved.
-pub fn is_reserved(word: &str) -> bool {
+pub(super) fn is_reserved(word: &str) -> bool {
     RESERVED.contains(&word)
 }
 
 impl Parser<'_> {
     /// Parses an expression.
-    pub fn expression(&mut self) -> Parsed<ExpressionId> {
+    pub(crate) fn expression(&mut self) -> Parsed<ExpressionId> {
         self.above(0)
     }
 
@@ -129,7 +129,7 @@ impl Parser<'_> {
         Ok(self.add(ExpressionKind::Unary(unary, operand), start))
     }
 
-    pub fn primary(&mut self) -> Parsed<ExpressionId> {
+    pub(crate) fn primary(&mut self) -> Parsed<ExpressionId> {
         let start = self.span();
         let is_global = self.takes_global();
         let token = self.token();
@@ -186,7 +186,7 @@ impl Parser<'_> {
     }
 
     /// Parses a name; in STEP 7, blocks may have a number: `FB 12`.
-    pub fn numbered_name(&mut self) -> Parsed<Name> {
+    pub(crate) fn numbered_name(&mut self) -> Parsed<Name> {
         let mut name = self.name("a name")?;
         let token = self.token();
         let is_kind = matches!(key(&name.text).as_str(), "FB" | "FC" | "DB" | "UDT" | "OB" | "SFB" | "SFC");
@@ -200,7 +200,7 @@ impl Parser<'_> {
 
     /// Parses the callee of an element: a name followed by members and indices, up to the bracket with the pins.
     /// Reserved words of SCL are valid names here.
-    pub fn callee(&mut self) -> Parsed<ExpressionId> {
+    pub(crate) fn callee(&mut self) -> Parsed<ExpressionId> {
         let start = self.span();
         let is_global = self.takes_global();
         let scope = match self.token().kind {
@@ -287,7 +287,7 @@ impl Parser<'_> {
     }
 
     /// Parses an expression; on an error, which is reported, skips it so that the statement can continue.
-    pub fn expression_or_wrong(&mut self, is_end: impl Fn(&Self) -> bool) -> ExpressionId {
+    pub(crate) fn expression_or_wrong(&mut self, is_end: impl Fn(&Self) -> bool) -> ExpressionId {
         let start = self.span();
         match self.expression() {
             Ok(expression) => expression,

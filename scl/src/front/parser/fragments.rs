@@ -7,7 +7,7 @@ use crate::report::Report;
 use std::ops::Range;
 
 /// Parses fragments of a text; their spans are byte offsets in that text.
-pub struct Fragments<'a> {
+pub(crate) struct Fragments<'a> {
     /// The text. A reader of another format writes its fragments at their offsets into a text of blanks.
     pub text: &'a str,
     /// The index of the source.
@@ -20,21 +20,21 @@ pub struct Fragments<'a> {
 
 impl Fragments<'_> {
     /// Parses an expression, such as a variable.
-    pub fn expression(&mut self, range: Range<usize>) -> ExpressionId {
+    pub(crate) fn expression(&mut self, range: Range<usize>) -> ExpressionId {
         let span = self.span(&range);
         let parsed = self.parse(range, |parser| parser.whole(Parser::expression));
         parsed.unwrap_or_else(|| self.tree.expressions.add(ExpressionKind::Wrong, span))
     }
 
     /// Parses a type.
-    pub fn type_of(&mut self, range: Range<usize>) -> Type {
+    pub(crate) fn type_of(&mut self, range: Range<usize>) -> Type {
         let span = self.span(&range);
         let parsed = self.parse(range, |parser| parser.whole(Parser::type_of));
         parsed.unwrap_or(Type { kind: TypeKind::Wrong, span })
     }
 
     /// Parses statements.
-    pub fn statements(&mut self, range: Range<usize>) -> Vec<Statement> {
+    pub(crate) fn statements(&mut self, range: Range<usize>) -> Vec<Statement> {
         let statements = self.parse(range, |parser| {
             parser.gotos = parser.jumps("");
             let mut all = parser.statements(false);
@@ -64,7 +64,7 @@ impl Fragments<'_> {
 
 impl Parser<'_> {
     /// Parses the expression in a part of the text, such as an attribute's value.
-    pub fn expression_in(&mut self, range: Range<usize>) -> ExpressionId {
+    pub(crate) fn expression_in(&mut self, range: Range<usize>) -> ExpressionId {
         let mut tree = std::mem::take(&mut self.tree);
         let file = self.span().file;
         let id = Fragments { text: self.text, file, tree: &mut tree, report: self.report }.expression(range);

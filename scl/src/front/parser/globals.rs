@@ -6,7 +6,7 @@ use crate::front::syntax::{Name, Section, SectionKind};
 
 impl Parser<'_> {
     /// Parses `VAR_GLOBAL ... END_VAR`, outside of all blocks.
-    pub fn globals(&mut self) {
+    pub(crate) fn globals(&mut self) {
         self.step();
         let kind = if self.takes_word("CONSTANT") { SectionKind::Constant } else { SectionKind::Static };
         let members = self.members("END_VAR");
@@ -15,7 +15,7 @@ impl Parser<'_> {
     }
 
     /// Parses the operand of AT: a variable, or an address such as `%I0.0` or `%Q*`.
-    pub fn place(&mut self) -> Parsed<Name> {
+    pub(crate) fn place(&mut self) -> Parsed<Name> {
         if self.token().kind != Kind::Percent {
             return self.name("a variable");
         }

@@ -14,7 +14,7 @@ use crate::front::syntax::{Attribute, Binary, ExpressionId, ExpressionKind, Name
 use crate::report::Report;
 use std::collections::BTreeSet;
 
-pub use fragments::Fragments;
+pub(crate) use fragments::Fragments;
 
 /// The maximum nesting depth of statements, brackets, types and start values together.
 const DEEPEST: usize = 100;
@@ -26,12 +26,12 @@ const MOST_ERRORS: usize = 100;
 const SAVE: &str = "save the source as text in UTF-8";
 
 /// Parses an SCL source.
-pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
+pub(crate) fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
     parse_source(text, file, None, report)
 }
 
 /// Parses an SCL source, or a SIMATIC SD document with its texts.
-pub fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, report: &mut Report) -> Tree {
+pub(crate) fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, report: &mut Report) -> Tree {
     if let Some(at) = text.find('\0') {
         let at = at as u32;
         report.error(Span { file, start: at, end: at + 1 }, "this is not a text: it has a character 0", Some(SAVE));
@@ -42,7 +42,7 @@ pub fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, report:
 }
 
 /// Whether a source mentions ENO or returns a value.
-pub fn may_set_eno(text: &str) -> bool {
+pub(crate) fn may_set_eno(text: &str) -> bool {
     let text = text.to_ascii_uppercase();
     let is_value = |rest: &str| rest.starts_with(|c: char| c.is_whitespace()) && !rest.trim_start().starts_with(';');
     text.contains("ENO") || text.split("RETURN").skip(1).any(is_value)
@@ -82,11 +82,11 @@ fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a 
 }
 
 /// A syntax error, which has been reported.
-pub struct Failed;
+pub(crate) struct Failed;
 
-pub type Parsed<T> = Result<T, Failed>;
+pub(crate) type Parsed<T> = Result<T, Failed>;
 
-pub struct Parser<'a> {
+pub(crate) struct Parser<'a> {
     text: &'a str,
     tokens: Vec<Token>,
     comments: Vec<Span>,
@@ -107,43 +107,43 @@ pub struct Parser<'a> {
 }
 
 impl<'a> Parser<'a> {
-    pub fn token(&self) -> Token {
+    pub(crate) fn token(&self) -> Token {
         self.ahead(0)
     }
 
-    pub fn ahead(&self, by: usize) -> Token {
+    pub(crate) fn ahead(&self, by: usize) -> Token {
         self.tokens[(self.at + by).min(self.tokens.len() - 1)]
     }
 
-    pub fn text_of(&self, token: Token) -> &'a str {
+    pub(crate) fn text_of(&self, token: Token) -> &'a str {
         &self.text[token.span.range()]
     }
 
-    pub fn span(&self) -> Span {
+    pub(crate) fn span(&self) -> Span {
         self.token().span
     }
 
     /// The span of the previous token.
-    pub fn before(&self) -> Span {
+    pub(crate) fn before(&self) -> Span {
         self.tokens[self.at.saturating_sub(1)].span
     }
 
     /// The end of the previous token; 0 at the start of the text.
-    pub fn end_before(&self) -> u32 {
+    pub(crate) fn end_before(&self) -> u32 {
         if self.at == 0 { 0 } else { self.before().end }
     }
 
-    pub fn is_end(&self) -> bool {
+    pub(crate) fn is_end(&self) -> bool {
         self.token().kind == Kind::End
     }
 
-    pub fn step(&mut self) -> Token {
+    pub(crate) fn step(&mut self) -> Token {
         let token = self.token();
         self.at = (self.at + 1).min(self.tokens.len() - 1);
         token
     }
 
-    pub fn symbol_ahead(&self, by: usize) -> &'a str {
+    pub(crate) fn symbol_ahead(&self, by: usize) -> &'a str {
         match self.ahead(by) {
             token if token.kind == Kind::Symbol => self.text_of(token),
             _ => "",
@@ -151,22 +151,22 @@ impl<'a> Parser<'a> {
     }
 
     /// The word at a token in upper case; empty if it is not a word.
-    pub fn word_ahead(&self, by: usize) -> String {
+    pub(crate) fn word_ahead(&self, by: usize) -> String {
         match self.ahead(by) {
             token if token.kind == Kind::Word => key(self.text_of(token)),
             _ => String::new(),
         }
     }
 
-    pub fn is_symbol(&self, symbol: &str) -> bool {
+    pub(crate) fn is_symbol(&self, symbol: &str) -> bool {
         self.symbol_ahead(0) == symbol
     }
 
-    pub fn is_word(&self, word: &str) -> bool {
+    pub(crate) fn is_word(&self, word: &str) -> bool {
         self.token().kind == Kind::Word && self.text_of(self.token()).eq_ignore_ascii_case(word)
     }
 
-    pub fn takes(&mut self, symbol: &str) -> bool {
+    pub(crate) fn takes(&mut self, symbol: &str) -> bool {
         let is_there = self.is_symbol(symbol);
         if is_there {
             self.step();
@@ -174,7 +174,7 @@ impl<'a> Parser<'a> {
         is_there
     }
 
-    pub fn takes_word(&mut self, word: &str) -> bool {
+    pub(crate) fn takes_word(&mut self, word: &str) -> bool {
         let is_there = self.is_word(word);
         if is_there {
             self.step();
@@ -182,21 +182,21 @@ impl<'a> Parser<'a> {
         is_there
     }
 
-    pub fn expect(&mut self, symbol: &str) -> Parsed<()> {
+    pub(crate) fn expect(&mut self, symbol: &str) -> Parsed<()> {
         if self.takes(symbol) { Ok(()) } else { self.fail(&format!("`{symbol}`")) }
     }
 
-    pub fn expect_word(&mut self, word: &str) -> Parsed<()> {
+    pub(crate) fn expect_word(&mut self, word: &str) -> Parsed<()> {
         if self.takes_word(word) { Ok(()) } else { self.fail(word) }
     }
 
     /// Reports an error at the current token: what was expected there.
-    pub fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
+    pub(crate) fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
         self.fail_with(expected, None)
     }
 
     /// Like [`fail`](Self::fail), with advice.
-    pub fn fail_with<T>(&mut self, expected: &str, help: Option<&str>) -> Parsed<T> {
+    pub(crate) fn fail_with<T>(&mut self, expected: &str, help: Option<&str>) -> Parsed<T> {
         let token = self.token();
         let found = match token.kind {
             Kind::End if self.is_end_told => return Err(Failed),
@@ -215,19 +215,19 @@ impl<'a> Parser<'a> {
         self.refuse(token.span, &format!("expected {expected}, found {found}"), help)
     }
 
-    pub fn refuse<T>(&mut self, span: Span, message: &str, help: Option<&str>) -> Parsed<T> {
+    pub(crate) fn refuse<T>(&mut self, span: Span, message: &str, help: Option<&str>) -> Parsed<T> {
         if self.report.errors() < self.most {
             self.report.error(span, message, help);
         }
         Err(Failed)
     }
 
-    pub fn is_exhausted(&self) -> bool {
+    pub(crate) fn is_exhausted(&self) -> bool {
         self.report.errors() >= self.most
     }
 
     /// Parses one nesting level deeper.
-    pub fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
+    pub(crate) fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.depth == DEEPEST {
             let message = format!("more than {DEEPEST} levels are nested here");
             // Whatever follows would be parsed at the wrong depth.
@@ -241,7 +241,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Parses a name of any kind, without `#` and quotation marks.
-    pub fn name(&mut self, what: &str) -> Parsed<Name> {
+    pub(crate) fn name(&mut self, what: &str) -> Parsed<Name> {
         match self.token().kind {
             Kind::Word | Kind::Local | Kind::Quoted => {
                 let token = self.step();
@@ -252,14 +252,14 @@ impl<'a> Parser<'a> {
     }
 
     /// The attributes between two byte offsets.
-    pub fn attributes_within(&self, from: u32, to: u32) -> Vec<Attribute> {
+    pub(crate) fn attributes_within(&self, from: u32, to: u32) -> Vec<Attribute> {
         let first = self.attributes.partition_point(|span| span.start < from);
         let within = self.attributes[first..].iter().take_while(|span| span.start < to);
         within.flat_map(|span| attributes(&self.text[span.range()])).collect()
     }
 
     /// The range of an attribute's value between two byte offsets, without its quotation marks.
-    pub fn value_within(&self, from: u32, to: u32, name: &str) -> Option<std::ops::Range<usize>> {
+    pub(crate) fn value_within(&self, from: u32, to: u32, name: &str) -> Option<std::ops::Range<usize>> {
         let first = self.attributes.partition_point(|span| span.start < from);
         let mut within = self.attributes[first..].iter().take_while(|span| span.start < to);
         within.find_map(|span| {
@@ -272,18 +272,18 @@ impl<'a> Parser<'a> {
     }
 
     /// The comments between two byte offsets, without their delimiters.
-    pub fn comments_within(&self, from: u32, to: u32) -> String {
+    pub(crate) fn comments_within(&self, from: u32, to: u32) -> String {
         let first = self.comments.partition_point(|span| span.start < from);
         let within = self.comments[first..].iter().take_while(|span| span.start < to);
         within.map(|span| comment(&self.text[span.range()])).collect::<Vec<_>>().join("\n")
     }
 
-    pub fn add(&mut self, kind: ExpressionKind, start: Span) -> ExpressionId {
+    pub(crate) fn add(&mut self, kind: ExpressionKind, start: Span) -> ExpressionId {
         let span = start.to(self.before());
         self.tree.expressions.add(kind, span)
     }
 
-    pub fn binary(&mut self, operator: Binary, left: ExpressionId, right: ExpressionId) -> ExpressionId {
+    pub(crate) fn binary(&mut self, operator: Binary, left: ExpressionId, right: ExpressionId) -> ExpressionId {
         let span = self.tree.expressions[left].span.to(self.tree.expressions[right].span);
         self.tree.expressions.add(ExpressionKind::Binary(operator, left, right), span)
     }

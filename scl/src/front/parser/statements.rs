@@ -31,7 +31,7 @@ const MOST_ARMS: usize = 300;
 
 impl Parser<'_> {
     /// Whether a list of statements ends at the current token.
-    pub fn is_statement_end(&self) -> bool {
+    pub(crate) fn is_statement_end(&self) -> bool {
         self.token().kind == Kind::Word && (ENDS.contains(&self.word_ahead(0).as_str()) || self.is_misspelt_elsif())
     }
 
@@ -40,7 +40,7 @@ impl Parser<'_> {
     }
 
     /// Consumes the word that closes the construct started at `begin`.
-    pub fn close(&mut self, word: &str, begin: Span) -> Parsed<()> {
+    pub(crate) fn close(&mut self, word: &str, begin: Span) -> Parsed<()> {
         if self.takes_word(word) {
             return Ok(());
         }
@@ -50,7 +50,7 @@ impl Parser<'_> {
     }
 
     /// Parses statements up to a word that ends them or, in CASE, up to the next label.
-    pub fn statements(&mut self, is_case: bool) -> Vec<Statement> {
+    pub(crate) fn statements(&mut self, is_case: bool) -> Vec<Statement> {
         let mut statements = Vec::new();
         while !self.is_end() && !self.is_statement_end() && !self.is_exhausted() {
             if is_case && self.is_case_label() {

@@ -17,7 +17,7 @@ const ATTRIBUTES: [(&str, &str); 4] = [
 
 impl Reader<'_> {
     /// Reads the interface of a block, a data block or a type; of an instance its start values.
-    pub fn interface(&mut self, element: Element, block: &mut SourceBlock) {
+    pub(super) fn interface(&mut self, element: Element, block: &mut SourceBlock) {
         let interface = element.child("AttributeList").and_then(|list| list.child("Interface"));
         let Some(sections) = interface.and_then(|interface| interface.child("Sections")) else {
             if block.kind != BlockKind::DataBlock {

@@ -15,12 +15,12 @@ use parameters::xml::{self, Element};
 use text::Written;
 
 /// Whether a text is XML.
-pub fn is_it(text: &str) -> bool {
+pub(super) fn is_it(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 
 /// Parses a document.
-pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
+pub(super) fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
     let document = match xml::tree(text) {
         Ok(document) => document,
         Err((at, message)) => {

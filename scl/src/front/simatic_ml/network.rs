@@ -21,7 +21,7 @@ enum Node {
 
 impl Reader<'_> {
     /// Reads the statements of a block's networks.
-    pub fn networks(&mut self, block: Element, owner: &Owner) -> Vec<Statement> {
+    pub(super) fn networks(&mut self, block: Element, owner: &Owner) -> Vec<Statement> {
         let Some(list) = block.child("ObjectList") else { return Vec::new() };
         let mut statements = Vec::new();
         let mut graphs: Vec<Network> = Vec::new();

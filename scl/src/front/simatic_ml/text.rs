@@ -35,7 +35,7 @@ const IDLE: [&str; 9] = [
 
 /// A text as long as the document, blank except for the SCL fragments, each at the place of its element: so spans in it
 /// are spans in the document.
-pub struct Written {
+pub(super) struct Written {
     text: String,
     /// The end of the last fragment.
     end: usize,
@@ -45,22 +45,22 @@ pub struct Written {
 
 impl Written {
     /// Creates a blank text.
-    pub fn new(length: usize) -> Written {
+    pub(super) fn new(length: usize) -> Written {
         Written { text: " ".repeat(length), end: 0, is_full: false }
     }
 
     /// The text.
-    pub fn text(&self) -> &str {
+    pub(super) fn text(&self) -> &str {
         &self.text
     }
 
     /// The end of the last fragment.
-    pub fn end(&self) -> usize {
+    pub(super) fn end(&self) -> usize {
         self.end
     }
 
     /// Writes a fragment at an offset, or after the last one.
-    pub fn put(&mut self, at: usize, fragment: &str) {
+    pub(super) fn put(&mut self, at: usize, fragment: &str) {
         let start = at.max(self.end);
         let end = start + fragment.len();
         if end > self.text.len() {
@@ -72,7 +72,7 @@ impl Written {
     }
 
     /// The range written since an offset, or since the last fragment.
-    pub fn since(&self, from: usize) -> Range<usize> {
+    pub(super) fn since(&self, from: usize) -> Range<usize> {
         from.min(self.end)..self.end
     }
 }
@@ -85,7 +85,7 @@ fn quoted_name(name: &str) -> String {
 
 impl Reader<'_> {
     /// Writes a separate fragment; returns its byte range.
-    pub fn fragment(&mut self, at: usize, fragment: &str) -> Range<usize> {
+    pub(super) fn fragment(&mut self, at: usize, fragment: &str) -> Range<usize> {
         let from = at.max(self.written.end());
         self.written.put(from, fragment);
         self.check_written(at);
@@ -102,7 +102,7 @@ impl Reader<'_> {
     }
 
     /// Writes a variable, constant or label as SCL; returns its byte range.
-    pub fn access(&mut self, access: Element) -> Range<usize> {
+    pub(super) fn access(&mut self, access: Element) -> Range<usize> {
         let from = access.span().start.max(self.written.end());
         self.write_access(access);
         self.check_written(access.span().start);
@@ -193,7 +193,7 @@ impl Reader<'_> {
     }
 
     /// Writes the path of a variable: the components of a symbol or an instance.
-    pub fn write_path(&mut self, parent: Element, is_local: bool) {
+    pub(super) fn write_path(&mut self, parent: Element, is_local: bool) {
         let mut is_first = true;
         for component in parent.elements() {
             let at = component.span().start;
@@ -256,7 +256,7 @@ impl Reader<'_> {
     }
 
     /// Writes the instance of a timer, counter or call; returns its byte range.
-    pub fn instance(&mut self, instance: Element) -> Range<usize> {
+    pub(super) fn instance(&mut self, instance: Element) -> Range<usize> {
         let from = instance.span().start.max(self.written.end());
         self.write_path(instance, instance.attribute("Scope") == Some("LocalVariable"));
         self.check_written(instance.span().start);
@@ -264,7 +264,7 @@ impl Reader<'_> {
     }
 
     /// Writes statements given as tokens; returns their byte range.
-    pub fn structured(&mut self, root: Element) -> Range<usize> {
+    pub(super) fn structured(&mut self, root: Element) -> Range<usize> {
         let from = root.span().start.max(self.written.end());
         let (text, range) = root.text();
         if root.elements().next().is_none() && !text.is_empty() {

@@ -12,7 +12,7 @@ const HIDING: [(&str, &str, &str); 2] =
 
 impl Parser<'_> {
     /// Consumes `_.`, the prefix of global names: blocks, types and tags.
-    pub fn takes_global(&mut self) -> bool {
+    pub(crate) fn takes_global(&mut self) -> bool {
         let is_global = self.document.is_some() && self.is_word("_") && self.symbol_ahead(1) == ".";
         if is_global {
             self.step();
@@ -22,13 +22,13 @@ impl Parser<'_> {
     }
 
     /// Reads the attributes and comment of a block, which precede its first word at byte offset `to`.
-    pub fn document_head(&self, block: &mut SourceBlock, texts: &Texts, from: u32, to: u32) {
+    pub(crate) fn document_head(&self, block: &mut SourceBlock, texts: &Texts, from: u32, to: u32) {
         block.attributes = self.attributes_within(from, to);
         block.comment = shown(&block.attributes, texts, &["S7_BLOCKTITLE", "S7_BLOCKCOMMENT"]);
     }
 
     /// Reads the attributes and comment of a member, which precede its name at byte offset `to`.
-    pub fn document_member(&self, member: &mut Member, texts: &Texts, from: u32, to: u32) {
+    pub(crate) fn document_member(&self, member: &mut Member, texts: &Texts, from: u32, to: u32) {
         member.attributes.splice(..0, self.attributes_within(from, to));
         for (name, word, hiding) in HIDING {
             if attribute(&member.attributes, name).is_some_and(|value| value.contains(word)) {
@@ -42,7 +42,7 @@ impl Parser<'_> {
     }
 
     /// Parses `a.b[1] := 5;` in a data block. `a[1] := ();` is only a placeholder for a comment.
-    pub fn document_starts(&mut self) -> Vec<Statement> {
+    pub(crate) fn document_starts(&mut self) -> Vec<Statement> {
         let mut statements = Vec::new();
         while !self.is_end() && !self.is_statement_end() && !self.is_exhausted() {
             if self.takes(";") {
@@ -86,7 +86,7 @@ impl Parser<'_> {
 }
 
 /// The texts of attributes, one paragraph each.
-pub fn shown(attributes: &[Attribute], texts: &Texts, keys: &[&str]) -> String {
+pub(super) fn shown(attributes: &[Attribute], texts: &Texts, keys: &[&str]) -> String {
     let of_key = |key: &&str| attribute(attributes, key).map(|id| texts.shown(id).to_string());
     keys.iter().filter_map(of_key).filter(|text| !text.is_empty()).collect::<Vec<_>>().join("\n")
 }

@@ -9,7 +9,7 @@ use crate::ladder::{Call, Element, Network, Source};
 use std::collections::BTreeMap;
 
 /// The variables of a block and their type names, in upper case.
-pub type Variables = BTreeMap<String, String>;
+pub(super) type Variables = BTreeMap<String, String>;
 
 /// The maximum number of wires in a row without an element between them.
 const MOST_WIRES: usize = 100;
@@ -39,7 +39,7 @@ struct Graph<'p, 'a, 's> {
 
 impl Parser<'_> {
     /// Builds the graph of a network.
-    pub fn graph(&mut self, written: rungs::Network, mut network: Network, variables: &Variables) -> Network {
+    pub(crate) fn graph(&mut self, written: rungs::Network, mut network: Network, variables: &Variables) -> Network {
         network.labels = written.labels;
         let mut graph = Graph { parser: self, variables, network, wires: BTreeMap::new(), pending: Vec::new() };
         for rung in written.rungs {

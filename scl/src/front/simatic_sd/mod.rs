@@ -12,14 +12,14 @@ mod rungs;
 mod tests;
 mod texts;
 
-pub use texts::Texts;
+pub(crate) use texts::Texts;
 
 use crate::front::parser;
 use crate::front::syntax::Tree;
 use crate::report::Report;
 
 /// Parses a document.
-pub fn parse(text: &str, file: u32, texts: &Texts, report: &mut Report) -> Tree {
+pub(crate) fn parse(text: &str, file: u32, texts: &Texts, report: &mut Report) -> Tree {
     let mut tree = parser::parse_source(text, file, Some(texts), report);
     tree.is_tia = true;
     tree

@@ -17,7 +17,7 @@ enum Language {
 
 impl Parser<'_> {
     /// Reads all networks of a block.
-    pub fn networks(&mut self, block: &SourceBlock) -> Vec<Statement> {
+    pub(crate) fn networks(&mut self, block: &SourceBlock) -> Vec<Statement> {
         let (owner, variables) = (Owner::new(block), variables(block));
         let mut statements = Vec::new();
         let mut graphs = Vec::new();

@@ -10,7 +10,7 @@ const REFUSED: [&str; 2] = ["JUMPLIST", "SWITCH"];
 
 /// A network as written.
 #[derive(Debug, Default)]
-pub struct Network {
+pub(crate) struct Network {
     /// The labels at its start.
     pub labels: Vec<Name>,
     /// Its rungs, in source order.
@@ -19,7 +19,7 @@ pub struct Network {
 
 /// `RUNG` to `END_RUNG`.
 #[derive(Debug)]
-pub struct Rung {
+pub(crate) struct Rung {
     /// The source of the flow.
     pub from: From,
     /// The elements and wires that it passes.
@@ -30,7 +30,7 @@ pub struct Rung {
 
 /// The start of a rung.
 #[derive(Debug)]
-pub enum From {
+pub(crate) enum From {
     /// `wire#powerrail`, or nothing, in which case the first element of a rung in FBD has no input.
     Nothing { is_rail: bool },
     /// `wire#w1`.
@@ -41,7 +41,7 @@ pub enum From {
 
 /// A station of the flow.
 #[derive(Debug)]
-pub enum Step {
+pub(crate) enum Step {
     /// `wire#w1`: other rungs start or end here.
     Wire(Name),
     /// `NOT` before an element.
@@ -52,7 +52,7 @@ pub enum Step {
 
 /// An instruction or a call.
 #[derive(Debug)]
-pub struct Element {
+pub(crate) struct Element {
     /// `Contact`, `#timer.TON`, `"Block"`.
     pub callee: ExpressionId,
     /// Its attributes.
@@ -67,7 +67,7 @@ pub struct Element {
 
 /// A pin of an element.
 #[derive(Debug)]
-pub struct Pin {
+pub(crate) struct Pin {
     /// Its name; `None` if the element has only one.
     pub name: Option<Name>,
     /// Whether it is connected with `=>`.
@@ -80,7 +80,7 @@ pub struct Pin {
 
 /// The connection of a pin.
 #[derive(Debug)]
-pub enum Connection {
+pub(crate) enum Connection {
     /// Unconnected.
     Open,
     /// A wire, and whether its flow is negated.
@@ -91,7 +91,7 @@ pub enum Connection {
 
 impl Parser<'_> {
     /// Parses the rungs of a network up to its end. Errors in a rung are reported, and the next one is parsed.
-    pub fn rungs(&mut self) -> Network {
+    pub(crate) fn rungs(&mut self) -> Network {
         let mut network = Network::default();
         while !self.is_end() && !self.is_statement_end() && !self.is_word("NETWORK") && !self.is_exhausted() {
             if self.takes(";") {

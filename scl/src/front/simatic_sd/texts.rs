@@ -11,14 +11,14 @@ const EXPORT: &str =
 
 /// The texts of a document.
 #[derive(Debug, Default)]
-pub struct Texts<'a> {
+pub(crate) struct Texts<'a> {
     /// All texts in all languages; those with the same id are consecutive, in file order.
     entries: Vec<Entry<'a>>,
 }
 
 /// A text in one language.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Entry<'a> {
+pub(crate) struct Entry<'a> {
     /// Its id: `MLC_4kK`.
     pub id: Cow<'a, str>,
     /// Its language: `en-US`.
@@ -29,7 +29,7 @@ pub struct Entry<'a> {
 
 impl<'a> Texts<'a> {
     /// Reads the texts of a file and reports errors in it.
-    pub fn read(text: &'a str, file: u32, report: &mut Report) -> Texts<'a> {
+    pub(crate) fn read(text: &'a str, file: u32, report: &mut Report) -> Texts<'a> {
         // A document without texts comes with an empty file, or with one that contains `<root />`.
         if text.trim().is_empty() || text.trim_start().starts_with("<root") {
             return Texts::default();
@@ -46,7 +46,7 @@ impl<'a> Texts<'a> {
     }
 
     /// The texts with this id in all languages.
-    pub fn all(&self, id: &str) -> &[Entry<'a>] {
+    pub(crate) fn all(&self, id: &str) -> &[Entry<'a>] {
         let first = self.entries.partition_point(|entry| *entry.id < *id);
         let count = self.entries[first..].iter().take_while(|entry| entry.id == id).count();
         &self.entries[first..first + count]
@@ -54,7 +54,7 @@ impl<'a> Texts<'a> {
 
     /// The text to show for an id: the English one if there is one, else the first that is not empty. Anything that is
     /// not an id stands for itself.
-    pub fn shown<'t>(&'t self, id: &'t str) -> &'t str {
+    pub(crate) fn shown<'t>(&'t self, id: &'t str) -> &'t str {
         match self.all(id) {
             [] if id.starts_with("MLC_") => "",
             [] => id,

@@ -16,7 +16,7 @@ use crate::front::syntax::{Argument, ExpressionId};
 use crate::ir::{self, Binary, Convert, Expr, Place, Scalar, Unary, What};
 use std::cell::Cell;
 
-pub use refused::{is_of_variants, is_ordinary, refused};
+pub(crate) use refused::{is_of_variants, is_ordinary, refused};
 
 /// Functions whose name may carry the result type as a suffix: `LIMIT_REAL`.
 const TYPED: [&str; 21] = [
@@ -62,7 +62,7 @@ impl<'a> Given<'a> {
 
 impl Lowerer<'_, '_> {
     /// The value of a built-in function; `None` if no function has that name.
-    pub fn function(
+    pub(crate) fn function(
         &mut self,
         name: &str,
         arguments: &[Argument],
@@ -194,7 +194,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// A built-in function called as a statement; `false` if no function has that name.
-    pub fn statement_function(&mut self, name: &str, arguments: &[Argument], span: Span) -> bool {
+    pub(crate) fn statement_function(&mut self, name: &str, arguments: &[Argument], span: Span) -> bool {
         let used = &Cell::new(0);
         let given = Given { arguments, name, span, used };
         let errors = self.compiler.report.errors();

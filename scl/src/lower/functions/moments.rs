@@ -97,7 +97,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// A moment plus or minus a duration, or the duration between two moments; `None` if neither operand is a moment.
-    pub fn moments(
+    pub(crate) fn moments(
         &mut self,
         operator: syntax::Binary,
         left: &Operand,
@@ -126,7 +126,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The nanoseconds of two DTLs to compare; `None` if they are not both DTLs.
-    pub fn compared_moments(&mut self, left: &Operand, right: &Operand, span: Span) -> Option<[Operand; 2]> {
+    pub(crate) fn compared_moments(&mut self, left: &Operand, right: &Operand, span: Span) -> Option<[Operand; 2]> {
         let are = [left, right].map(|operand| self.moment_of(operand) == Some(Moment::Dtl));
         if are != [true, true] {
             return None;
@@ -202,7 +202,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// A moment as a DTL.
-    pub fn dtl_of(&mut self, operand: Operand, span: Span) -> Operand {
+    pub(crate) fn dtl_of(&mut self, operand: Operand, span: Span) -> Operand {
         self.between(operand, Moment::Dtl, span)
     }
 

@@ -151,17 +151,17 @@ const ORDINARY: [&str; 13] =
     ["CALCULATE", "DEVICE", "FILE", "FILL", "GEN_", "GET", "JOIN", "LED", "PUT", "SEG", "SPLIT", "STP", "WAIT"];
 
 /// Whether a quoted name is more likely a user's block than a built-in function.
-pub fn is_ordinary(name: &str) -> bool {
+pub(crate) fn is_ordinary(name: &str) -> bool {
     ORDINARY.iter().any(|word| name.starts_with(word))
 }
 
 /// Whether this is an operator of VARIANT, which no stub can replace: its value depends on the type of its argument.
-pub fn is_of_variants(name: &str) -> bool {
+pub(crate) fn is_of_variants(name: &str) -> bool {
     VARIANTS.contains(&name)
 }
 
 /// The reason why a function or type is rejected, and advice; `None` if the name is not listed.
-pub fn refused(name: &str) -> Option<(String, String)> {
+pub(crate) fn refused(name: &str) -> Option<(String, String)> {
     if name.starts_with("PID_") {
         let available = crate::library::natives().join(", ");
         let help = format!("its law is not published; available are {available}");

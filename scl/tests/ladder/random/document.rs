@@ -93,7 +93,7 @@ fn element(kind: &Kind, own: &str, is_fbd: bool) -> (String, bool) {
 }
 
 /// Returns all networks as a document in a language.
-pub fn document(networks: &[Vec<Element>], language: &str) -> String {
+pub(super) fn document(networks: &[Vec<Element>], language: &str) -> String {
     let is_fbd = language == "FBD";
     let mut all = format!(
         "{{ S7_PreferredLanguage := \"{language}\" }}\nFUNCTION_BLOCK \"B\"\n{}VAR_TEMP truth : Bool; END_VAR\n",

@@ -167,7 +167,7 @@ fn drawn(elements: &[Element], is_fbd: bool) -> Net {
 }
 
 /// Returns all networks as a document in a language.
-pub fn document(networks: &[Vec<Element>], language: &str) -> String {
+pub(super) fn document(networks: &[Vec<Element>], language: &str) -> String {
     let is_label = labels(networks);
     let nets = networks.iter().enumerate().map(|(number, elements)| {
         let mut net = drawn(elements, language == "FBD");

@@ -147,7 +147,7 @@ fn boxed(kind: &Kind, f: &str, e: &str) -> String {
 }
 
 /// Returns all networks as a source in SCL.
-pub fn source(networks: &[Vec<Element>]) -> String {
+pub(super) fn source(networks: &[Vec<Element>]) -> String {
     let mut all = format!("FUNCTION_BLOCK \"B\"\n{}VAR_TEMP\nwide : DINT;\ntruth : BOOL;\n", declarations());
     for (number, elements) in networks.iter().enumerate() {
         (0..elements.len()).for_each(|at| writeln!(all, "f{number}_{at} : BOOL;").unwrap());

@@ -9,7 +9,7 @@ use std::ptr;
 use tests::{Fmu, Kind, Role, Status};
 
 impl Host<'_> {
-    pub fn get_directional_derivative(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn get_directional_derivative(&mut self, turn: &mut Turn) -> Answer {
         let references = [0, 1, u32::MAX];
         let (known, mut unknown) = ([1.0; 3], [4711.5; 3]);
         let count = turn.random.below(4);
@@ -22,7 +22,7 @@ impl Host<'_> {
         turn.unchanged(status, Expected::Exactly(Status::Error), arguments)
     }
 
-    pub fn set_real_input_derivatives(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn set_real_input_derivatives(&mut self, turn: &mut Turn) -> Answer {
         let references = self.references(turn.random, "fmi2SetReal");
         let random = &mut *turn.random;
         let (count, vr_null) = count_of(random, references.len());
@@ -56,7 +56,7 @@ impl Host<'_> {
         Answer { status, expected, arguments: format!("{references:?}, {count}, {orders:?}, {values:?}"), after }
     }
 
-    pub fn get_real_output_derivatives(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn get_real_output_derivatives(&mut self, turn: &mut Turn) -> Answer {
         let count = turn.random.below(3);
         let (references, orders, mut values) = ([0; 3], [1; 3], [4711.5; 3]);
         // The FMUs offer none.

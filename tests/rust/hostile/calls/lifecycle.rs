@@ -8,7 +8,7 @@ use std::ffi::c_int;
 use tests::{Random, Status};
 
 impl Host<'_> {
-    pub fn setup_experiment(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn setup_experiment(&mut self, turn: &mut Turn) -> Answer {
         let random = &mut *turn.random;
         let cycle = turn.model.values[self.fmu.cycle as usize];
         let (start, stop) = any_experiment(random, cycle);
@@ -23,14 +23,14 @@ impl Host<'_> {
         Answer { status, expected, arguments: format!("{start:?}, {stop_defined}, {stop:?}"), after }
     }
 
-    pub fn enter_initialization_mode(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn enter_initialization_mode(&mut self, turn: &mut Turn) -> Answer {
         let expected = ok_if(turn.allowed && turn.model.experiment.is_some());
         // SAFETY: a living component.
         let status = unsafe { (self.fmu.library.enter_initialization_mode)(turn.component) }.into();
         Answer { status, expected, arguments: String::new(), after: Model { state: 1, ..turn.model.clone() } }
     }
 
-    pub fn exit_initialization_mode(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn exit_initialization_mode(&mut self, turn: &mut Turn) -> Answer {
         let expected = if turn.allowed && self.has_whole_cycle(&turn.model) {
             Expected::OkOrError
         } else {
@@ -52,14 +52,14 @@ impl Host<'_> {
         model.values[self.fmu.cycle as usize] >= 0.001
     }
 
-    pub fn terminate(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn terminate(&mut self, turn: &mut Turn) -> Answer {
         let expected = ok_if(turn.allowed);
         // SAFETY: a living component.
         let status: Status = unsafe { (self.fmu.library.terminate)(turn.component) }.into();
         Answer { status, expected, arguments: String::new(), after: Model { state: 3, ..turn.model.clone() } }
     }
 
-    pub fn reset(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn reset(&mut self, turn: &mut Turn) -> Answer {
         let expected = ok_if(turn.allowed);
         // SAFETY: a living component.
         let status: Status = unsafe { (self.fmu.library.reset)(turn.component) }.into();
@@ -68,7 +68,7 @@ impl Host<'_> {
 }
 
 /// Start and stop time.
-pub fn any_experiment(random: &mut Random, cycle: f64) -> (f64, f64) {
+pub(crate) fn any_experiment(random: &mut Random, cycle: f64) -> (f64, f64) {
     let start = match random.below(3) {
         0 => any_real(random),
         _ => random.pick(&[0.0, 0.0, 1234.5, -5.0, 1e5, 1e7, 1e9, -1e9, 1e12, 1e18, 1e300]),
@@ -83,6 +83,6 @@ pub fn any_experiment(random: &mut Random, cycle: f64) -> (f64, f64) {
     (start, stop)
 }
 
-pub fn is_good_experiment(start: f64, stop_defined: c_int, stop: f64) -> bool {
+pub(crate) fn is_good_experiment(start: f64, stop_defined: c_int, stop: f64) -> bool {
     start.is_finite() && (stop_defined == 0 || stop >= start)
 }

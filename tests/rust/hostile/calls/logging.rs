@@ -12,7 +12,7 @@ const CATEGORIES: [&CStr; 6] =
     [c"logStatusError", c"logStatusDiscard", c"logStatusFatal", c"logAdvice", c"logAll", c""];
 
 impl Host<'_> {
-    pub fn set_debug_logging(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn set_debug_logging(&mut self, turn: &mut Turn) -> Answer {
         let random = &mut *turn.random;
         let (chosen, pointers) = any_categories(random);
         let (count, null) = count_of(random, chosen.len());
@@ -34,7 +34,7 @@ impl Host<'_> {
 }
 
 /// Categories by their places, of which 4 and more are none that an FMU has, and what the function takes.
-pub fn any_categories(random: &mut Random) -> (Vec<usize>, Vec<*const c_char>) {
+pub(crate) fn any_categories(random: &mut Random) -> (Vec<usize>, Vec<*const c_char>) {
     // 6 stands for NULL.
     let chosen: Vec<usize> = (0..random.below(4)).map(|_| random.pick(&[0, 0, 1, 1, 2, 3, 3, 4, 5, 6])).collect();
     let pointer = |choice: &usize| CATEGORIES.get(*choice).map_or(ptr::null(), |text| text.as_ptr());

@@ -2,12 +2,12 @@
 //! checks what the call wrote, and says what the model knows afterwards.
 
 mod derivatives;
-pub mod lifecycle;
-pub mod logging;
+pub(crate) mod lifecycle;
+pub(crate) mod logging;
 mod states;
 mod status;
-pub mod step;
-pub mod values;
+pub(crate) mod step;
+pub(crate) mod values;
 
 use crate::host::Host;
 use crate::model::{Expected, Model, STATES};
@@ -16,7 +16,7 @@ use std::fmt;
 use tests::{Random, Status};
 
 /// A call that is about to be made.
-pub struct Turn<'a> {
+pub(crate) struct Turn<'a> {
     /// The function.
     pub name: &'static str,
     /// Whether the standard allows it in this state.
@@ -32,7 +32,7 @@ pub struct Turn<'a> {
 
 impl Turn<'_> {
     /// The call as it is shown where it is answered wrongly.
-    pub fn with<'a>(&self, arguments: &'a str) -> What<'a> {
+    pub(crate) fn with<'a>(&self, arguments: &'a str) -> What<'a> {
         What { name: self.name, state: self.model.state, arguments }
     }
 
@@ -43,7 +43,7 @@ impl Turn<'_> {
 }
 
 /// A call as it is shown where it is answered wrongly.
-pub struct What<'a> {
+pub(crate) struct What<'a> {
     name: &'static str,
     state: usize,
     arguments: &'a str,
@@ -56,7 +56,7 @@ impl fmt::Display for What<'_> {
 }
 
 /// What came of a call.
-pub struct Answer {
+pub(crate) struct Answer {
     pub status: Status,
     pub expected: Expected,
     /// The arguments, for messages.
@@ -68,7 +68,7 @@ pub struct Answer {
 impl Host<'_> {
     /// Makes a call. `fmi2GetTypesPlatform`, `fmi2GetVersion`, `fmi2Instantiate` and `fmi2FreeInstance` are not among
     /// them: the host calls them itself.
-    pub fn answer(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn answer(&mut self, turn: &mut Turn) -> Answer {
         match turn.name {
             "fmi2SetDebugLogging" => self.set_debug_logging(turn),
             "fmi2SetupExperiment" => self.setup_experiment(turn),

@@ -13,7 +13,7 @@ const MOST_STATES: usize = 12;
 const MOST_BLOBS: usize = 8;
 
 impl Host<'_> {
-    pub fn get_fmu_state(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn get_fmu_state(&mut self, turn: &mut Turn) -> Answer {
         let mut pointer = self.state_to_fill(turn);
         let before = pointer;
         let null = turn.random.once_in(16);
@@ -29,7 +29,7 @@ impl Host<'_> {
         turn.unchanged(status, expected, arguments)
     }
 
-    pub fn set_fmu_state(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn set_fmu_state(&mut self, turn: &mut Turn) -> Answer {
         let pointer = self.state_pointer(turn.random, turn.place);
         let known = self.known(turn, pointer);
         let expected = ok_if(turn.allowed && known.is_some());
@@ -44,7 +44,7 @@ impl Host<'_> {
         Answer { status, expected, arguments: format!("{pointer:?}"), after }
     }
 
-    pub fn free_fmu_state(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn free_fmu_state(&mut self, turn: &mut Turn) -> Answer {
         let mut pointer = self.state_pointer(turn.random, turn.place);
         let before = pointer;
         let null = turn.random.once_in(16);
@@ -67,7 +67,7 @@ impl Host<'_> {
         turn.unchanged(status, expected, arguments)
     }
 
-    pub fn serialized_fmu_state_size(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn serialized_fmu_state_size(&mut self, turn: &mut Turn) -> Answer {
         let pointer = self.state_pointer(turn.random, turn.place);
         let length = self.length_of(turn, pointer);
         let null = turn.random.once_in(16);
@@ -82,7 +82,7 @@ impl Host<'_> {
         turn.unchanged(status, expected, arguments)
     }
 
-    pub fn serialize_fmu_state(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn serialize_fmu_state(&mut self, turn: &mut Turn) -> Answer {
         let pointer = self.state_pointer(turn.random, turn.place);
         let known = self.length_of(turn, pointer);
         let null = turn.random.once_in(16);
@@ -117,7 +117,7 @@ impl Host<'_> {
         turn.unchanged(status, expected, arguments)
     }
 
-    pub fn deserialize_fmu_state(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn deserialize_fmu_state(&mut self, turn: &mut Turn) -> Answer {
         let (bytes, good) = self.serialized(turn.random);
         let mut pointer = self.state_to_fill(turn);
         let before = pointer;

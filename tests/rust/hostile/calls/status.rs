@@ -8,7 +8,7 @@ use std::ptr;
 use tests::Status;
 
 impl Host<'_> {
-    pub fn get_status(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn get_status(&mut self, turn: &mut Turn) -> Answer {
         let kind: c_int = turn.random.pick(&[0, 1, 2, 2, 3, 3, 4, -1, c_int::MAX]);
         let null = turn.random.once_in(8);
         let expected = expected(turn, kind, null);

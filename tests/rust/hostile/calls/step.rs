@@ -7,7 +7,7 @@ use crate::numbers::any_real;
 use tests::{Kind, Random, Status};
 
 impl Host<'_> {
-    pub fn do_step(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn do_step(&mut self, turn: &mut Turn) -> Answer {
         let cycle = turn.model.values[self.fmu.cycle as usize];
         let (tc, h) = any_step(turn.random, cycle, turn.model.end);
         let expected =
@@ -23,7 +23,7 @@ impl Host<'_> {
     }
 
     /// No step is ever in progress.
-    pub fn cancel_step(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn cancel_step(&mut self, turn: &mut Turn) -> Answer {
         // SAFETY: a living component.
         let status = unsafe { (self.fmu.library.cancel_step)(turn.component) }.into();
         turn.unchanged(status, Expected::Exactly(Status::Error), String::new())
@@ -44,7 +44,7 @@ impl Host<'_> {
 }
 
 /// A point and a step: what a host would go on with, and what it gets wrong.
-pub fn any_step(random: &mut Random, cycle: f64, end: f64) -> (f64, f64) {
+pub(crate) fn any_step(random: &mut Random, cycle: f64, end: f64) -> (f64, f64) {
     let cycle = cycle.max(0.001);
     let h = match random.below(12) {
         0 => random.pick(&[
@@ -79,7 +79,7 @@ pub fn any_step(random: &mut Random, cycle: f64, end: f64) -> (f64, f64) {
 }
 
 /// What a step has to answer where one may be made, for an experiment from `start` to `stop` whose steps went to `end`.
-pub fn step_expected((start, stop): (f64, f64), cycle: f64, end: f64, tc: f64, h: f64) -> Expected {
+pub(crate) fn step_expected((start, stop): (f64, f64), cycle: f64, end: f64, tc: f64, h: f64) -> Expected {
     if !(h >= 0.0 && h.is_finite() && tc.is_finite()) {
         return Expected::Exactly(Status::Error);
     }

@@ -13,7 +13,7 @@ const REAL: f64 = 4711.5;
 const INTEGER: c_int = -4711;
 
 impl Host<'_> {
-    pub fn get(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn get(&mut self, turn: &mut Turn) -> Answer {
         let references = self.references(turn.random, turn.name);
         let (count, vr_null) = count_of(turn.random, references.len());
         let value_null = turn.random.once_in(16);
@@ -55,7 +55,7 @@ impl Host<'_> {
         turn.unchanged(status, expected, arguments)
     }
 
-    pub fn set(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn set(&mut self, turn: &mut Turn) -> Answer {
         let references = self.references(turn.random, turn.name);
         let (count, vr_null) = count_of(turn.random, references.len());
         let value_null = turn.random.once_in(16);
@@ -105,7 +105,7 @@ impl Host<'_> {
         (reals, references.iter().map(|_| any_integer(random)).collect())
     }
 
-    pub fn string(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn string(&mut self, turn: &mut Turn) -> Answer {
         let references = self.text_references(turn.random);
         let (count, vr_null) = count_of(turn.random, references.len());
         let value_null = turn.random.once_in(16);
@@ -177,7 +177,7 @@ impl Host<'_> {
 }
 
 /// Texts for STRING[3], STRING[6] and WSTRING[4]: such that fit, that are one character too long, or that are none.
-pub fn any_text(random: &mut Random) -> Option<&'static CStr> {
+pub(crate) fn any_text(random: &mut Random) -> Option<&'static CStr> {
     random.pick(&[
         Some(c""),
         Some(c"No"),

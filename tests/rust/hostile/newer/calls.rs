@@ -19,7 +19,7 @@ const MOST: usize = 10;
 
 impl Host<'_> {
     /// Makes a call.
-    pub fn answer(&mut self, turn: &mut Turn) -> Answer {
+    pub(crate) fn answer(&mut self, turn: &mut Turn) -> Answer {
         match turn.name {
             "fmi3SetDebugLogging" => self.set_debug_logging(turn),
             "fmi3EnterInitializationMode" => self.enter_initialization_mode(turn),

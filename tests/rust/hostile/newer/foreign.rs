@@ -7,7 +7,7 @@ use std::path::Path;
 use std::ptr;
 
 /// The library once more: functions are looked for where they are called.
-pub struct Functions(Library);
+pub(crate) struct Functions(Library);
 
 /// Calls a function by its name, whose arguments after the instance have these types.
 macro_rules! call {
@@ -21,13 +21,13 @@ macro_rules! call {
 }
 
 impl Functions {
-    pub fn of(path: &Path) -> Functions {
+    pub(crate) fn of(path: &Path) -> Functions {
         // SAFETY: a library of ours.
         Functions(unsafe { Library::new(path) }.unwrap_or_else(|error| panic!("{error}")))
     }
 
     /// Asks for an instance of another kind of simulation: there is none.
-    pub fn instantiate(&self, name: &str, token: &CStr) {
+    pub(crate) fn instantiate(&self, name: &str, token: &CStr) {
         let (name_of, token, none) = (c"a".as_ptr(), token.as_ptr(), ptr::null());
         type Exchange =
             unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, Pointer, Pointer) -> Pointer;
@@ -61,7 +61,7 @@ impl Functions {
     }
 
     /// What a function answers that has `count` of something to do.
-    pub fn call(&self, name: &str, instance: Pointer, count: usize) -> Option<c_int> {
+    pub(crate) fn call(&self, name: &str, instance: Pointer, count: usize) -> Option<c_int> {
         let (null, vr) = (ptr::null_mut::<u8>(), [0_u32; 8].as_ptr());
         Some(match name {
             "fmi3GetClock"

@@ -24,8 +24,8 @@ use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
 use tests::{Fmu, Random, all_fmus, fmu_of, setting};
 
-pub const OK: c_int = 0;
-pub const ERROR: c_int = 3;
+pub(crate) const OK: c_int = 0;
+pub(crate) const ERROR: c_int = 3;
 
 /// Functions that bring an instance on are called more often than the others.
 const OFTEN: [(&str, usize); 8] = [
@@ -51,7 +51,7 @@ unsafe extern "C" fn log(environment: Pointer, status: c_int, category: *const c
 }
 
 /// A living instance.
-pub struct Slot {
+pub(crate) struct Slot {
     pub instance: Pointer,
     entries: Box<Entries>,
     pub has_logger: bool,
@@ -70,7 +70,7 @@ pub struct Slot {
 }
 
 /// A call on an instance: what it is drawn from, and what it has to answer.
-pub struct Turn<'a> {
+pub(crate) struct Turn<'a> {
     pub name: &'static str,
     /// Whether it may succeed in this state.
     pub allowed: bool,
@@ -92,7 +92,7 @@ impl Turn<'_> {
 }
 
 /// What came of a call.
-pub struct Answer {
+pub(crate) struct Answer {
     pub status: c_int,
     pub expected: Expected,
     pub arguments: String,
@@ -100,7 +100,7 @@ pub struct Answer {
     pub after: Model,
 }
 
-pub struct Host<'a> {
+pub(crate) struct Host<'a> {
     pub fmu: &'static Fmu,
     pub library: Library,
     pub foreign: foreign::Functions,
@@ -155,7 +155,7 @@ impl<'a> Host<'a> {
         (0..self.slots.len()).for_each(|place| self.free(place));
     }
 
-    pub fn slot(&mut self, place: usize) -> &mut Slot {
+    pub(crate) fn slot(&mut self, place: usize) -> &mut Slot {
         self.slots[place].as_mut().unwrap()
     }
 

@@ -8,11 +8,11 @@ use modeldescription::Row;
 use tests::{Fmu, Kind, Role};
 
 /// Instantiated, Initialization Mode, Event Mode, Step Mode, Terminated.
-pub const STATES: &str = "INEST";
+pub(super) const STATES: &str = "INEST";
 
 /// In which of them each function may succeed: 2.3 and 4.2 of the standard, with the exceptions of FMI 2.0, and that inputs may be
 /// set in Step Mode of an instance with Event Mode, too. What the FMUs do not have is allowed nowhere.
-pub const ALLOWED: [(&str, &str); 75] = [
+pub(super) const ALLOWED: [(&str, &str); 75] = [
     ("fmi3GetVersion", "INEST"),
     ("fmi3SetDebugLogging", "INEST"),
     ("fmi3InstantiateModelExchange", ""),
@@ -92,7 +92,7 @@ pub const ALLOWED: [(&str, &str); 75] = [
 
 /// What the model knows of an instance.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub(crate) struct Model {
     /// The place of its state in [`STATES`].
     pub state: usize,
     /// Start and stop time.
@@ -107,19 +107,19 @@ pub struct Model {
 
 impl Model {
     /// A new instance.
-    pub fn new(fmu: &Fmu, types: Types) -> Model {
+    pub(crate) fn new(fmu: &Fmu, types: Types) -> Model {
         let values = fmu.variables.iter().map(|row| start(row, types)).collect();
         let texts = fmu.texts.iter().map(|text| text.start.clone()).collect();
         Model { state: 0, experiment: (0.0, f64::INFINITY), end: 0.0, values, texts }
     }
 
     /// Whether a function may succeed in this state.
-    pub fn allows(&self, function: usize) -> bool {
+    pub(crate) fn allows(&self, function: usize) -> bool {
         ALLOWED[function].1.contains(&STATES[self.state..=self.state])
     }
 
     /// Whether a variable of this role may be set now.
-    pub fn may_set(&self, role: Role) -> bool {
+    pub(crate) fn may_set(&self, role: Role) -> bool {
         match role {
             Role::Input | Role::Parameter => true,
             Role::Fixed | Role::Cycle => self.state < 2,
@@ -142,7 +142,7 @@ fn start(row: &Row, types: Types) -> Number {
 }
 
 /// What a variable holds after it was set; `None` where that is refused.
-pub fn held(row: &Row, types: Types, given: Number) -> Option<Number> {
+pub(super) fn held(row: &Row, types: Types, given: Number) -> Option<Number> {
     match given {
         // The PLC's TIME may be negative.
         Number::Float(value) if row.kind == Kind::Time && (-2_147_483.648..0.0).contains(&value) => {

@@ -8,14 +8,14 @@ use tests::Random;
 
 /// A number of any type.
 #[derive(Clone, Copy, Debug)]
-pub enum Number {
+pub(crate) enum Number {
     Float(f64),
     Whole(i128),
 }
 
 impl Number {
     /// In seconds, if it is the TIME of a block; the number itself otherwise.
-    pub fn seconds(self) -> f64 {
+    pub(crate) fn seconds(self) -> f64 {
         match self {
             Number::Float(value) => value,
             Number::Whole(milliseconds) => milliseconds as f64 / 1000.0,
@@ -23,7 +23,7 @@ impl Number {
     }
 
     /// Whether both are one number, bit for bit.
-    pub fn is(self, other: Number) -> bool {
+    pub(crate) fn is(self, other: Number) -> bool {
         match (self, other) {
             (Number::Float(one), Number::Float(other)) => one.to_bits() == other.to_bits(),
             (Number::Whole(one), Number::Whole(other)) => one == other,
@@ -36,7 +36,7 @@ type Get<C> = unsafe extern "C" fn(Pointer, *const u32, usize, *mut C, usize) ->
 type Set<C> = unsafe extern "C" fn(Pointer, *const u32, usize, *const C, usize) -> c_int;
 
 /// A type with its two functions.
-pub trait Typed {
+pub(super) trait Typed {
     /// What stands for it in C.
     type C: Copy + PartialEq;
     /// What stands in the host's arrays before a call.
@@ -53,7 +53,7 @@ macro_rules! types {
     ($($name:ident $C:ty, $get:ident $set:ident, $untouched:literal, $any:expr, $Number:ident;)*) => {
         $(
             #[derive(Clone, Copy)]
-            pub struct $name;
+            pub(super) struct $name;
 
             impl Typed for $name {
                 type C = $C;
