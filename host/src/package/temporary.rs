@@ -69,6 +69,7 @@ fn new_file(folder: &Path, suffix: &str, mode: u32) -> io::Result<tempfile::Name
 
 /// Options for opening a file in a temporary folder that only its owner can access.
 pub fn options() -> OpenOptions {
+    #[cfg_attr(not(unix), allow(unused_mut))]
     let mut options = OpenOptions::new();
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
