@@ -11,6 +11,7 @@ import pytest
 
 import tool
 from test_engine import in_the_page
+from test_tool_server import end_of, start, with_faulty  # noqa: F401
 
 FOLDER = pathlib.Path(__file__).parent / "firefox"
 FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None)
@@ -24,19 +25,28 @@ pytestmark = [
 
 
 @pytest.fixture(scope="module")
-def seen(tmp_path_factory):
+def folder(tmp_path_factory):
+    """What drives Firefox, with its packages."""
     folder = tmp_path_factory.mktemp("firefox")
     for file in FOLDER.iterdir():
         shutil.copy(file, folder)
     install = [NPM, "install", "--ignore-scripts", "--no-audit", "--no-fund"]
     done = subprocess.run(install, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert done.returncode == 0, done.stdout
-    # A profile of its own, whoever runs this.
-    home = folder / "home"
-    home.mkdir()
+    (folder / "home").mkdir()
+    return folder
+
+
+def environment(folder):
+    """A profile of its own, whoever runs this."""
+    return {**os.environ, "HOME": str(folder / "home")}
+
+
+@pytest.fixture(scope="module")
+def seen(folder):
     programs = tool.ROOT / "examples/programs"
     command = [NODE, "page.mjs", FIREFOX, tool.PAGE, programs / "interlock.s7dcl", programs / "interlock.s7res"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env={**os.environ, "HOME": str(home)})
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment(folder))
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
@@ -90,3 +100,23 @@ def test_networks_are_drawn_with_what_conducts_and_say_what_decided(seen):
     decided, idle = ladder["why"].split("made no difference:")
     assert "run TRUE" in decided.split("each of these decided:")[1]
     assert "start FALSE" in idle
+
+
+def test_many_tabs_of_a_server_are_answered_and_the_processes_of_a_closed_one_end(folder, start, faulty):  # noqa: F811
+    server = start("--plant", faulty)
+    address = next(line for line in iter(server.errors.get, None) if line.startswith("For another browser: ")).split()[-1]
+    # More than the connections that Firefox opens for requests.
+    command = [NODE, "server.mjs", FIREFOX, address, "8", json.dumps({"do": "start", **with_faulty()})]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, cwd=folder, env=environment(folder), **pipes) as firefox:
+        assert firefox.stdout.readline() == "started\n"
+        (first, second) = sorted(server.children())
+        firefox.stdin.write("close\n")
+        firefox.stdin.flush()
+        end_of(second)
+        assert server.children() == {first}
+        # The whole browser.
+        firefox.stdin.close()
+        end_of(first)
+    assert server.children() == set()
+    assert firefox.returncode == 0

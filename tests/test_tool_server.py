@@ -89,6 +89,11 @@ class Tool:
         connection.close()
         return answer, content
 
+    def presence(self, **headers):
+        """The answer to the request for a WebSocket of a tab."""
+        upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec_WebSocket_Version": "13", "Sec_WebSocket_Key": "eA=="}
+        return self.request("GET", f"/{self.path}presence?tab=tab-1", **upgrade, **headers)
+
     def post(self, what, body, kind=JSON, tab="tab-1"):
         return self.request("POST", f"/{self.path}{what}", body, Content_Type=kind, X_Page=tab)
 
@@ -285,6 +290,7 @@ def test_a_page_from_elsewhere_is_refused(tool):
             answer, content = tool.request(method, path, '{"do": "catalogue"}', Origin=origin, **headers)
             assert (answer.status, content) == (403, b""), origin
             assert "Access-Control-Allow-Origin" not in answer.headers
+        assert tool.presence(Origin=origin)[0].status == 403
     answer, _ = tool.request("POST", f"/{tool.path}message", '{"do": "catalogue"}', Origin=f"http://{tool.host}", **headers)
     assert answer.status == 200
 
@@ -305,6 +311,7 @@ def test_what_is_no_request_is_refused_in_a_sentence(tool):
     for body in ("", "hello", "[]", "{}", '{"do": "dance"}', '{"do": "run", "calls": -1}', "[" * 100_000):
         assert list(tool.answer("message", body)) == ["error"]
     assert tool.post("message", b"\xff")[0].status == 400
+    assert tool.request("GET", f"/{tool.path}presence?tab=tab-1")[0].status == 400
     assert tool.ask(do="catalogue")["fmus"]
 
 
@@ -372,7 +379,8 @@ def test_without_the_cookie_nothing_is_answered(tool, faulty):
     tool.upload(faulty)
     for cookie in ("", "plcfmu=", f"plcfmu={'0' * 32}", f"x{tool.cookie}", tool.cookie[:-1]):
         assert tool.request("GET", f"/{tool.path}", Cookie=cookie)[0].status == 403
-        for what in ("message", "upload?file=A.fmu", "accept", "close"):
+        assert tool.presence(Cookie=cookie)[0].status == 403
+        for what in ("message", "upload?file=A.fmu", "accept"):
             answer, content = tool.request("POST", f"/{tool.path}{what}", "{}", Content_Type=JSON, X_Page="tab-1", Cookie=cookie)
             assert (answer.status, b"plcfmu-secret" in content) == (403, False)
 
@@ -455,18 +463,54 @@ sys.stdin.read()
 # Engines
 
 
+def with_plants(tool, open_page, count):
+    """Pages, in each of which a loop is started, and the process of its plant, in the order of starting."""
+    processes = []
+    for _ in range(count):
+        page = open_page(tool)
+        setup = json.dumps({"do": "start", **with_faulty()})
+        page.evaluate(f"async () => {{ await (await moduleOf('tool/engine.js')).ask({setup}) }}")
+        (process,) = tool.children() - {process for _, process in processes}
+        processes.append((page, process))
+    return processes
+
+
+def end_of(process):
+    """Waits for it."""
+    with contextlib.suppress(psutil.NoSuchProcess):
+        psutil.Process(process).wait(timeout=60)
+
+
 def test_the_processes_of_a_closed_tab_end(start, faulty, open_page):
     tool = start("--plant", faulty)
-    other, page = (open_page(tool) for _ in range(2))
-    for one in (other, page):
-        setup = json.dumps({"do": "start", **with_faulty()})
-        one.evaluate(f"async () => {{ await (await moduleOf('tool/engine.js')).ask({setup}) }}")
-    (first, second) = sorted(tool.children())
-    # As a user closes it: the page is told, and tells the server.
-    page.close(run_before_unload=True)
-    with contextlib.suppress(psutil.NoSuchProcess):
-        psutil.Process(second).wait(timeout=60)
-    assert tool.children() == {first}
+    (_, other), (closed, first), (crashed, second) = with_plants(tool, open_page, 3)
+    # As a user closes it.
+    closed.close(run_before_unload=True)
+    # As when the system ends its process: it can do nothing.
+    with pytest.raises(Exception, match="crash"):
+        crashed.goto("chrome://crash")
+    end_of(first)
+    end_of(second)
+    assert tool.children() == {other}
+
+
+def test_a_tab_that_is_still_there_keeps_its_processes(start, faulty, open_page):
+    tool = start("--plant", faulty)
+    (lonely, first), (frozen, second), (closed, third) = with_plants(tool, open_page, 3)
+    lonely.evaluate("connections[0].close()")
+    lonely.wait_for_function("() => connections[1]?.readyState === WebSocket.OPEN")
+    # As the browser does with what has been in the background for long.
+    frozen.context.new_cdp_session(frozen).send("Page.setWebLifecycleState", {"state": "frozen"})
+    # When the process of a tab has ended that was closed later, theirs would have, too.
+    closed.close()
+    end_of(third)
+    assert tool.children() == {first, second}
+
+
+def test_more_tabs_than_a_browser_has_connections_are_answered(tool, open_page):
+    context = open_page(tool).context
+    for _ in range(8):
+        open_page(tool, context)
 
 
 def test_a_session_has_the_bits_of_the_same_run_on_the_command_line(tool, command, tmp_path):
@@ -654,6 +698,16 @@ def test_after_a_plant_has_failed_the_controller_goes_on_with_another(start, fau
 # The page in a browser
 
 
+# The connections that a page has made.
+CONNECTIONS = """globalThis.connections = [];
+WebSocket = class extends WebSocket {
+  constructor(address) {
+    super(address);
+    connections.push(this);
+  }
+};"""
+
+
 @pytest.fixture
 def open_page():
     """Opens the page of a server in a browser."""
@@ -667,8 +721,9 @@ def open_page():
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=[*arguments.split(), "--disable-sync"])
 
-        def open_page(tool):
-            page = browser.new_page()
+        def open_page(tool, context=None):
+            page = (context or browser.new_context()).new_page()
+            page.add_init_script(CONNECTIONS)
             token, value = tool.path.strip("/"), tool.cookie.removeprefix("plcfmu=")
             page.context.add_cookies([{"name": "plcfmu", "value": value, "domain": "127.0.0.1", "path": f"/{token}/"}])
             page.goto(f"http://{tool.host}/{tool.path}")

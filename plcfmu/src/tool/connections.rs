@@ -22,7 +22,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::task::AbortHandle;
 use tokio::time::{Sleep, sleep, timeout};
 
-/// This many connections are open at a time; a browser opens six.
+/// This many connections are open at a time; a browser opens six. WebSockets, one for each tab, are not counted.
 const MOST: usize = 64;
 
 /// The time within which a connection must show the cookie.
@@ -85,7 +85,8 @@ async fn answer(stream: TcpStream, routes: Router, trust: Trust) {
     });
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new()).header_read_timeout(HEAD);
-    let mut connection = std::pin::pin!(http.serve_connection(TokioIo::new(Stream { stream, unread: None }), service));
+    let connection = http.serve_connection(TokioIo::new(Stream { stream, unread: None }), service);
+    let mut connection = std::pin::pin!(connection.with_upgrades());
     // An error on a connection ends that connection only.
     if timeout(INTRODUCTION, &mut connection).await.is_err() && trust.is_given() {
         let _ = connection.await;

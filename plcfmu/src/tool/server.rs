@@ -5,7 +5,8 @@
 //! all further requests need. Code of a foreign FMU runs only for clients that also know a secret contained in the
 //! page. The header `Host` has to name this server, so that a foreign name that resolves to this address does not help;
 //! `Origin`, if present, has to be that of the page; and all changes are POST requests of a type, and with a header,
-//! that a page from elsewhere may send only after a preflight request, which is never granted.
+//! that a page from elsewhere may send only after a preflight request, which is never granted. A WebSocket needs no
+//! such request, but a browser always names the origin.
 
 use crate::tool::connections::{self, Trust};
 use crate::tool::home::{Collection, File, FmuHome};
@@ -13,8 +14,9 @@ use anyhow::{Context, Result, anyhow, ensure};
 use axum::body::{Bytes, to_bytes};
 use axum::extract::{Query, Request, State};
 use axum::http::header::{
-    CACHE_CONTROL, CONTENT_LENGTH, CONTENT_TYPE, COOKIE, HOST, HeaderName, HeaderValue, ORIGIN, REFERRER_POLICY,
-    SET_COOKIE, X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
+    CACHE_CONTROL, CONNECTION, CONTENT_LENGTH, CONTENT_TYPE, COOKIE, HOST, HeaderName, HeaderValue, ORIGIN,
+    REFERRER_POLICY, SEC_WEBSOCKET_ACCEPT, SEC_WEBSOCKET_KEY, SET_COOKIE, UPGRADE, X_CONTENT_TYPE_OPTIONS,
+    X_FRAME_OPTIONS,
 };
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode};
@@ -22,19 +24,24 @@ use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Extension, Router};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use host::hexadecimal;
+use hyper_util::rt::TokioIo;
 use serde::{Deserialize, Serialize};
+use sha1::Sha1;
 use sha2::{Digest, Sha256};
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
+use tokio::io::AsyncReadExt;
 use tokio::net::TcpListener;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
-use tokio::time::timeout;
+use tokio::time::{sleep, timeout};
 use tool::Engine;
 
 /// The longest request to an engine, in bytes: a file of parameters or a recording in Base64.
@@ -48,6 +55,13 @@ const BODY: Duration = Duration::from_secs(60);
 
 /// This many tabs have an engine.
 const MOST_TABS: usize = 16;
+
+/// For so many seconds the engine of a tab outlives its connection. Chromium closes the connections of all pages when
+/// the machine goes to sleep; a page that is still there tries once a second to connect again.
+const GRACE: usize = 10;
+
+/// RFC 6455: the hash of a WebSocket's key and this tells the browser that its request was understood.
+const WEBSOCKET: &[u8] = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
 
 /// The time limit for the engines to end.
 const FAREWELL: Duration = Duration::from_secs(5);
@@ -97,6 +111,8 @@ pub type ReadFiles = dyn Fn() -> Result<Vec<File>> + Send + Sync;
 /// The tabs that have an engine.
 struct Tabs {
     tabs: Vec<Tab>,
+    /// The name of its tab for each connection that is open, or has ended less than [`GRACE`] seconds ago.
+    present: Vec<String>,
     /// The number of engines started so far.
     engines: usize,
     /// Each engine has a clone: when they are all gone, the receiver learns it.
@@ -162,7 +178,7 @@ impl Server {
             page,
             collection: Arc::new(collection),
             given,
-            tabs: Mutex::new(Tabs { tabs: Vec::new(), engines: 0, alive }),
+            tabs: Mutex::new(Tabs { tabs: Vec::new(), present: Vec::new(), engines: 0, alive }),
         });
         let routes = routes(&shared);
         runtime.block_on(async {
@@ -216,7 +232,7 @@ fn routes(shared: &Arc<Shared>) -> Router {
         .route(&format!("/{token}/message"), post(message))
         .route(&format!("/{token}/upload"), post(upload))
         .route(&format!("/{token}/accept"), post(accept))
-        .route(&format!("/{token}/close"), post(close))
+        .route(&format!("/{token}/presence"), get(presence))
         .route(&format!("/{token}/given"), post(given))
         .route_layer(middleware::from_fn_with_state(shared.clone(), known_browser))
         .route(&format!("/{token}/open"), get(open))
@@ -339,12 +355,40 @@ async fn accept(State(shared): State<Arc<Shared>>, request: Request) -> Result<R
     Ok(json(number, answer(entry)))
 }
 
-/// A tab has been closed: its engine ends, with the processes of its FMUs.
-async fn close(State(shared): State<Arc<Shared>>, request: Request) -> Result<StatusCode, Refusal> {
-    let (headers, _) = text(request).await?;
-    let id = tab(&headers)?;
-    shared.tabs.lock().unwrap_or_else(PoisonError::into_inner).tabs.retain(|tab| tab.id != id);
-    Ok(StatusCode::NO_CONTENT)
+/// The name of the tab; a page cannot send a header with the request for a WebSocket.
+#[derive(Deserialize)]
+struct Presence {
+    tab: String,
+}
+
+/// A connection that a page keeps open: when it has ended, so do the engine of the tab and the processes of its FMUs.
+/// A page that crashes or is killed cannot send a message, but its connection ends all the same.
+///
+/// It is a WebSocket, as a browser has six connections for other requests, which all tabs share. Neither side sends
+/// anything. The first byte is the browser's message that it closes the WebSocket, or a ping, after which the page
+/// connects again.
+async fn presence(
+    State(shared): State<Arc<Shared>>,
+    Query(Presence { tab }): Query<Presence>,
+    mut request: Request,
+) -> Result<Response, Refusal> {
+    let key =
+        request.headers().get(SEC_WEBSOCKET_KEY).ok_or_else(|| Refusal::bad("this address is for a WebSocket"))?;
+    let accepted = BASE64_STANDARD.encode(Sha1::digest([key.as_bytes(), WEBSOCKET].concat()));
+    let upgraded = hyper::upgrade::on(&mut request);
+    shared.tabs().present.push(tab.clone());
+    tokio::spawn(async move {
+        if let Ok(stream) = upgraded.await {
+            let _ = TokioIo::new(stream).read_u8().await;
+        }
+        // One by one: where time goes on while the machine sleeps (Windows), only one of them passes.
+        for _ in 0..GRACE {
+            sleep(Duration::from_secs(1)).await;
+        }
+        shared.tabs().leave(&tab);
+    });
+    let headers = [(CONNECTION, "upgrade"), (UPGRADE, "websocket"), (SEC_WEBSOCKET_ACCEPT, &accepted)];
+    Ok((StatusCode::SWITCHING_PROTOCOLS, headers).into_response())
 }
 
 /// The page's version of the files named by the command.
@@ -484,6 +528,10 @@ impl Shared {
         header(HOST).is_some_and(is_host) && header(ORIGIN).is_none_or(is_ours)
     }
 
+    fn tabs(&self) -> MutexGuard<'_, Tabs> {
+        self.tabs.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// The result of `act` in the engine of the requesting tab, and the engine's number.
     async fn ask<T: Send + 'static>(
         &self,
@@ -493,7 +541,7 @@ impl Shared {
         let id = tab(headers)?;
         let (reply, answer) = oneshot::channel();
         let number = {
-            let mut tabs = self.tabs.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut tabs = self.tabs();
             let tab = tabs.tab(id, &self.collection)?;
             let is_at_work = tab.at_work.clone();
             let job: Job = Box::new(move |engine, home| {
@@ -508,8 +556,7 @@ impl Shared {
         match answer.await {
             Ok(answer) => Ok((answer, number)),
             Err(_) => {
-                let mut tabs = self.tabs.lock().unwrap_or_else(PoisonError::into_inner);
-                tabs.tabs.retain(|tab| tab.number != number);
+                self.tabs().tabs.retain(|tab| tab.number != number);
                 let message = "the engine of this page has failed: open the loop again".to_string();
                 Err(Refusal { status: StatusCode::INTERNAL_SERVER_ERROR, message })
             }
@@ -539,6 +586,16 @@ impl Tabs {
         self.tabs.push(tab);
         let last = self.tabs.len() - 1;
         Ok(&self.tabs[last])
+    }
+
+    /// A connection of a tab has ended. With the last one, the tab loses its engine.
+    fn leave(&mut self, id: &str) {
+        if let Some(place) = self.present.iter().position(|present| present == id) {
+            self.present.swap_remove(place);
+        }
+        if !self.present.iter().any(|present| present == id) {
+            self.tabs.retain(|tab| tab.id != id);
+        }
     }
 
     /// A new tab. If there are too many, the one that has been idle for the longest time loses its engine.

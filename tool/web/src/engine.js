@@ -22,12 +22,31 @@ let home = document.querySelector('meta[name="plcfmu-home"]')?.getAttribute("con
 /** @type {Promise<(request: string) => string> | undefined} */
 let inPage;
 
-/** One request after the other: the server's engine must get them in the order in which they were made. */
-/** @type {Promise<unknown>} */
-let last = Promise.resolve();
-
 /** Each tab has its own engine. */
 const tab = [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+
+/** The pause before a lost connection is made again, in milliseconds. The server waits ten times as long for it. */
+const AGAIN = 1000;
+
+/** One request after the other: the server's engine must get them in the order in which they were made. */
+/** @type {Promise<unknown>} */
+let last = home === "server" ? stayConnected() : Promise.resolve();
+
+/**
+ * Keeps a connection to the server. With it ends the engine of this tab, so the engine is asked only after it has begun.
+ *
+ * @returns {Promise<unknown>} when it is open or has failed
+ */
+function stayConnected() {
+  return new Promise((done) => {
+    const socket = new WebSocket(new URL(`presence?tab=${tab}`, location.href.replace("http", "ws")));
+    socket.onopen = done;
+    socket.onclose = (event) => {
+      done(event);
+      setTimeout(() => home === "server" && stayConnected(), AGAIN);
+    };
+  });
+}
 
 /** Where the engine is. */
 export function whereIsTheEngine() {
@@ -162,13 +181,6 @@ export async function accept(fmu) {
   const secret = document.querySelector('meta[name="plcfmu-secret"]')?.getAttribute("content");
   return content(await post("accept", "application/json", JSON.stringify({ fmu, secret })));
 }
-
-// The engine of a tab that is closed ends, with the processes of its FMUs.
-addEventListener("pagehide", ({ persisted }) => {
-  if (home !== "server" || persisted) return;
-  const headers = { "Content-Type": "application/json", "X-Page": tab };
-  fetch("close", { method: "POST", headers, keepalive: true, body: "{}" }).catch(() => {});
-});
 
 /**
  * How many bytes of memory the engine in the page has, 0 of another.
