@@ -12,10 +12,6 @@ pub trait Version {
     /// The common prefix of its function names.
     const PREFIX: &'static str;
 
-    /// The capabilities of the FMUs: attributes of modelDescription.xml and their values. Attributes left out are
-    /// false.
-    const CAPABILITIES: &'static [(&'static str, &'static str)];
-
     /// Its name of the type that holds the values of a row, as in the name of the function that sets it.
     fn name_of<S: TableText>(row: &Row<S>) -> &'static str;
 }

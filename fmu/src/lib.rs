@@ -58,7 +58,6 @@ pub mod cyclic;
 pub mod door;
 pub mod host_type;
 pub mod instance;
-pub mod interface;
 pub mod layout;
 pub mod log;
 pub mod mean;
@@ -79,7 +78,7 @@ pub mod texts;
 pub mod v2;
 pub mod v3;
 
-pub use v2::describe;
+pub use v2::{CAPABILITIES, describe};
 
 /// The door in C of FMI 3.0 with these types, or of FMI 2.0.
 pub fn door(types: Option<blocks::Types>) -> &'static sources::Door {

@@ -28,7 +28,7 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// The interface of a linked block, which is not loaded: it has no capabilities and log categories.
+    /// The interface of a table that no library describes: it has no capabilities and log categories.
     ///
     /// # Errors
     /// The table is inconsistent.

@@ -1,7 +1,7 @@
 //! The table of a block in JSON, as its library returns it. Nothing here depends on the version of FMI.
 
 use crate::error::{Error, shortened};
-use blocks::table::number::{of_exact, to_value};
+use blocks::table::number::{number, of_exact, to_value};
 use blocks::{Characteristic, Kind, Response, Role, Row, Table, Text, TextType, Time, Value};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
@@ -174,6 +174,11 @@ pub(crate) fn check(table: &Table) -> Result<(), Error> {
             let rows = table.rows.len();
             return wrong(format!("the cycle is row {}, but there are only {rows} rows", table.cycle));
         }
+    }
+    let is_finite =
+        |row: &Row| [Some(row.start()), row.least(), row.greatest()].iter().flatten().all(|of| of.is_finite());
+    if let Some(Row { name, start, .. }) = table.rows.iter().find(|row| !is_finite(row)) {
+        return wrong(format!("{name} starts at {:?}: give every start, min and max a finite number", number(*start)));
     }
     if let Some(mean) = table.mean
         && table.rows.get(mean).is_none_or(|row| row.role != Role::Output)

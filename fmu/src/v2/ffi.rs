@@ -9,16 +9,15 @@
 // The contract above is the safety section of every function here.
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
-use super::Fmi2;
 use super::messages;
 use super::value::AnyReal;
 pub use super::value::Boolean;
+use super::{Fmi2, describe};
 pub use crate::component::StateAddress;
 use crate::component::{Component, Library};
 use crate::cyclic::Cyclic;
 use crate::door::{Door, Host};
 use crate::host_type::Version as _;
-use crate::interface;
 use crate::log::{self, Category};
 pub use crate::pointers::Status;
 use crate::pointers::{array, array_mut, enter, get, get_strings, set, set_strings, status, target, text};
@@ -309,13 +308,13 @@ macro_rules! export_interface {
     };
 }
 
-/// Copies the library's description of itself (see [`interface::json`]) to `buffer`, at most `size` bytes, and returns
+/// Copies the library's description of itself (see [`describe`]) to `buffer`, at most `size` bytes, and returns
 /// its full length in bytes.
 pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
     // For programs that search for it in the library's file: the compiler keeps what is used here unchanged.
     std::hint::black_box(Code::<B>::TEXT);
     std::hint::black_box(&Guid::<B>::TOKENS);
-    let json = interface::json::<Fmi2, B>();
+    let json = describe(B::TABLE, Guid::<B>::TEXT);
     if !buffer.is_null() {
         let length = size.min(json.len());
         // SAFETY: the caller's buffer has `size` bytes, which is at least `length`.

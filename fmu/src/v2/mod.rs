@@ -2,6 +2,7 @@
 //!
 //! [`ffi`] is the table of the functions, each written once; [`value`] has the types of their values.
 
+mod describe;
 #[allow(missing_docs)] // the standard documents its functions
 pub mod ffi;
 mod messages;
@@ -10,12 +11,26 @@ pub mod value;
 
 use crate::host_type::Version;
 use crate::refusal::Answer;
-use blocks::{Class, Row, Table, TableText};
+use blocks::{Class, Row, TableText};
 
-/// What the library of a program says of itself, see [`interface::json_of`](crate::interface::json_of).
-pub fn describe<S: TableText>(table: &Table<S>, guid: &str) -> String {
-    crate::interface::json_of::<Fmi2, _>(table, guid)
-}
+pub use describe::describe;
+
+/// The capabilities of an FMU: attributes of modelDescription.xml, of which those left out have the standard's default.
+/// Other versions derive theirs from them.
+pub const CAPABILITIES: &[(&str, bool)] = &[
+    // The clock makes the calls that fall into a step, whatever its size.
+    ("canHandleVariableCommunicationStepSize", true),
+    // The session extrapolates inputs. Outputs change in steps.
+    ("canInterpolateInputs", true),
+    ("providesDirectionalDerivative", false),
+    // A state is a copy of the instance.
+    ("canGetAndSetFMUstate", true),
+    ("canSerializeFMUstate", true),
+    // No globals, no threads, memory of our own.
+    ("canRunAsynchronuously", false),
+    ("canBeInstantiatedOnlyOncePerProcess", false),
+    ("canNotUseMemoryManagementFunctions", true),
+];
 
 /// FMI 2.0.
 #[derive(Clone, Copy, Debug)]
@@ -24,21 +39,6 @@ pub struct Fmi2;
 impl Version for Fmi2 {
     const NUMBER: &'static str = "2.0";
     const PREFIX: &'static str = "fmi2";
-    const CAPABILITIES: &'static [(&'static str, &'static str)] = &[
-        // The clock makes the calls that fall into a step, whatever its size.
-        ("canHandleVariableCommunicationStepSize", "true"),
-        // The session extrapolates inputs. Outputs change in steps.
-        ("canInterpolateInputs", "true"),
-        ("maxOutputDerivativeOrder", "0"),
-        ("providesDirectionalDerivative", "false"),
-        // A state is a copy of the instance.
-        ("canGetAndSetFMUstate", "true"),
-        ("canSerializeFMUstate", "true"),
-        // No globals, no threads, memory of our own.
-        ("canRunAsynchronuously", "false"),
-        ("canBeInstantiatedOnlyOncePerProcess", "false"),
-        ("canNotUseMemoryManagementFunctions", "true"),
-    ];
 
     fn name_of<S: TableText>(row: &Row<S>) -> &'static str {
         match row.kind.class() {

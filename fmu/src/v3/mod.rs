@@ -33,8 +33,6 @@ macro_rules! versions {
         impl Version for $Version {
             const NUMBER: &'static str = "3.0";
             const PREFIX: &'static str = "fmi3";
-            // The packer derives them from the library's FMI 2.0 description, so nothing is needed here.
-            const CAPABILITIES: &'static [(&'static str, &'static str)] = &[];
 
             fn name_of<S: TableText>(row: &Row<S>) -> &'static str {
                 Types::$Version.host_type(row.kind, row.is_analog)

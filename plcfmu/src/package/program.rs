@@ -11,17 +11,21 @@ use crate::package::{check, program_library, reference};
 use crate::page;
 use crate::program::Parts;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
+use fmu::CAPABILITIES;
 use fmu::cyclic::Cyclic as _;
+use fmu::log::Category;
 use fmu::sources::Door;
 use host::fmu::platforms;
 use host::library::Library;
 use host::package::{DESCRIPTION, Package, archive, temporary};
 use manifest::{Cpu, FILE, Manifest, constant, declaration, milliseconds, tag, unquoted};
-use modeldescription::{Interface, ModelDescription, units};
+use modeldescription::{Capabilities, Interface, LogCategory, ModelDescription, units};
 use parameters::problem::drawn;
 use parameters::tags::{Tag, Tags};
 use parameters::{Problems, Source};
 use program::{LARGEST, Loaded, Wrong};
+use serde::Deserialize;
+use serde::de::value::{self, MapDeserializer};
 use std::collections::BTreeMap;
 use std::env::consts::{ARCH, OS};
 use std::fs;
@@ -229,7 +233,7 @@ pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
         Wrong::Other(what) => Refused::Other(anyhow!(what)),
     })?;
     let loaded = Arc::new(loaded);
-    let interface = Interface::parse(&fmu::describe(&loaded.table, &loaded.guid())).map_err(Error::from)?;
+    let interface = interface(&loaded)?;
     let description = ModelDescription::from_interface(&interface).map_err(Error::from)?;
     let mut program = program::Program::new(loaded.clone());
     program.restart();
@@ -237,6 +241,20 @@ pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
     let stop = program.stopped().map(str::to_string);
     let warnings = named(loaded.warnings.clone());
     Ok(Examined { manifest, sources, loaded, interface, description, warnings, stop })
+}
+
+/// The interface that the library of programs has with this one.
+fn interface(loaded: &Loaded) -> Result<Interface> {
+    let capabilities = MapDeserializer::<_, value::Error>::new(CAPABILITIES.iter().copied());
+    let log_category = |category: &Category| LogCategory {
+        name: category.name.to_string_lossy().into(),
+        description: Some(category.description.into()),
+    };
+    Ok(Interface {
+        capabilities: Capabilities::deserialize(capabilities)?,
+        log_categories: Category::ALL.iter().map(log_category).collect(),
+        ..Interface::linked(loaded.table.clone(), &loaded.guid())?
+    })
 }
 
 /// Whether FMI knows the unit.
@@ -367,7 +385,7 @@ pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<I
         sources.push(Source::new(file, bytes));
     }
     let loaded = Loaded::new(&manifest, &sources, is_unit).map_err(Error::msg)?;
-    Ok(Some(Interface::parse(&fmu::describe(&loaded.table, &loaded.guid()))?))
+    interface(&loaded).map(Some)
 }
 
 /// A program as stored in an FMU.

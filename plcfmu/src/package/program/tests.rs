@@ -387,3 +387,25 @@ fn thousands_of_variables_of_each_kind_are_all_there() {
         assert_eq!(found.count(), count, "{causality}");
     }
 }
+
+#[test]
+fn the_interface_of_a_program_is_the_one_that_its_json_describes() {
+    let text = "FUNCTION_BLOCK \"A\"\nVAR_INPUT a : Real := 0.1; // 0.05 .. 0.3 bar\n b : Word := 16#FFFF; c : LInt := 9007199254740993;\n\
+                s : String[4] := 'x'; t : LTime := LT#3ns; END_VAR\nVAR_OUTPUT z : LReal; END_VAR\nBEGIN\nz := a;\nEND_FUNCTION_BLOCK\n";
+    let manifest = Manifest { cycle: Some(100), sources: vec!["a.scl".into()], ..Manifest::default() };
+    let loaded = Loaded::new(&manifest, &[Source::new("a.scl", text.into())], is_unit).unwrap();
+    let mut own = interface(&loaded).unwrap();
+    own.table.tunable_reals.clear();
+    own.table.tunable_lreals.clear();
+    assert_eq!(own, Interface::parse(&fmu::describe(&loaded.table, &loaded.guid())).unwrap());
+    assert!(own.capabilities.can_serialize_fmu_state && own.log_categories.len() == 4);
+}
+
+#[test]
+fn a_start_value_that_is_not_finite_is_named_with_its_variable() {
+    let text = "FUNCTION_BLOCK \"A\"\nVAR_INPUT x : Real := 1.0E300; END_VAR\nBEGIN\nEND_FUNCTION_BLOCK\n";
+    let manifest = Manifest { cycle: Some(100), sources: vec!["a.scl".into()], ..Manifest::default() };
+    let loaded = Loaded::new(&manifest, &[Source::new("a.scl", text.into())], is_unit).unwrap();
+    let error = interface(&loaded).unwrap_err().to_string();
+    assert_eq!(error, "the library's table of A: x starts at inf: give every start, min and max a finite number");
+}

@@ -1,20 +1,16 @@
 //! The library's description of itself, for the packer.
 
+use super::{CAPABILITIES, Fmi2};
 use crate::host_type::Version;
 use crate::log::Category;
-use crate::table::{self, Guid, quoted};
-use blocks::{Block, Table, TableText};
+use crate::table::{self, quoted};
+use blocks::{Table, TableText};
 
-/// The description of the library as a JSON object: the block's table (see [`table::json`]) and the interface, which is
-/// the version, the GUID, the capabilities and the log categories.
-pub fn json<V: Version, B: Block>() -> String {
-    json_of::<V, _>(B::TABLE, Guid::<B>::TEXT)
-}
-
-/// The same of a table and a GUID that are known at run time only.
-pub fn json_of<V: Version, S: TableText>(table: &Table<S>, guid: &str) -> String {
+/// The description of a library as a JSON object: its table (see [`table::json`]) and the interface, which is the
+/// version, the GUID, the capabilities and the log categories.
+pub fn describe<S: TableText>(table: &Table<S>, guid: &str) -> String {
     let capabilities: Vec<String> =
-        V::CAPABILITIES.iter().map(|(name, value)| format!("{}:{value}", quoted(name))).collect();
+        CAPABILITIES.iter().map(|(name, value)| format!("{}:{value}", quoted(name))).collect();
     let categories: Vec<String> = Category::ALL
         .iter()
         .map(|category| {
@@ -25,7 +21,7 @@ pub fn json_of<V: Version, S: TableText>(table: &Table<S>, guid: &str) -> String
     format!(
         r#"{{"table":{},"interface":{{"version":{},"guid":{},"capabilities":{{{}}},"log_categories":[{}]}}}}"#,
         table::json(table),
-        quoted(V::NUMBER),
+        quoted(Fmi2::NUMBER),
         quoted(guid),
         capabilities.join(","),
         categories.join(","),
@@ -35,19 +31,20 @@ pub fn json_of<V: Version, S: TableText>(table: &Table<S>, guid: &str) -> String
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::table::Guid;
     use crate::test_block::Sum;
+    use blocks::Block;
 
     #[test]
     fn the_description_has_the_table_and_the_interface_with_capabilities_and_categories() {
-        let json = json::<crate::v2::Fmi2, Sum>();
+        let json = describe(Sum::TABLE, Guid::<Sum>::TEXT);
         assert!(json.starts_with(r#"{"table":{"name":"SUM","#), "{json}");
         let interface = json.find(r#"},"interface":{"version":"2.0","guid":"{"#).unwrap();
         let interface = &json[interface..];
-        let capabilities = <crate::v2::Fmi2 as Version>::CAPABILITIES;
-        for (name, value) in capabilities {
+        for (name, value) in CAPABILITIES {
             assert!(interface.contains(&format!(r#""{name}":{value}"#)), "{name} is missing in {interface}");
         }
-        assert!(!capabilities.is_empty() && interface.contains(r#""log_categories":[{"name":"logStatusError","#));
+        assert!(interface.contains(r#""log_categories":[{"name":"logStatusError","#));
         assert!(interface.contains(r#""description":"A defect of the FMU: the instance can only be freed"},"#));
         assert!(interface.contains(r#"{"name":"logAdvice","description":"#) && interface.ends_with(r#""}]}}"#));
     }
