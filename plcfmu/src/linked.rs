@@ -43,7 +43,7 @@ impl Search<'_> {
         if Guid::<B>::TEXT == self.guid {
             let instantiate = |name: &str| Ok(Box::new(Instance::<B>::abreast::<G>(name)?) as Box<dyn Reset>);
             let interface = fmu::describe(B::TABLE, self.guid);
-            self.found = Some(Linked { interface, code: Code::<B>::TEXT, instantiate });
+            self.found = Some(Linked { table: B::TABLE.into(), interface, code: Code::<B>::TEXT, instantiate });
         }
     }
 }

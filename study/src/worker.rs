@@ -68,7 +68,9 @@ pub enum WorkerRequest {
 /// computes the same bits as one behind the C interface, and fails with the same messages.
 #[derive(Clone, Debug)]
 pub struct Linked {
-    /// The description in the FMU's library.
+    /// Its table.
+    pub table: Table,
+    /// The description in the FMU's library, for another process.
     pub interface: String,
     /// The hash of the code it is compiled from. A library that contains the same hash computes the same; the GUID says
     /// nothing about the law.
@@ -193,9 +195,9 @@ fn begin(job: &str, channel: &Channel, find: Find, exact_door: bool) -> Result<B
         return Ok(Begun { members: Members::Loaded(fmus), experiment, ready: Ready { interfaces, warning } });
     };
     let interfaces: Vec<_> = linked.iter().map(|of| Some(of.block.interface.clone())).collect();
-    let table = linked.first().map(|of| table(&of.block.interface)).transpose()?;
+    let table = linked.first().map(|of| &of.block.table);
     let descriptions: Vec<&Description> = linked.iter().map(|of| &of.description).collect();
-    let experiment = experiment(&job, &descriptions, table.as_ref())?;
+    let experiment = experiment(&job, &descriptions, table)?;
     let members = job.system.members.into_iter().zip(linked).map(|(member, of)| (member.name, of.block)).collect();
     Ok(Begun { members: Members::Linked(members), experiment, ready: Ready { interfaces, warning } })
 }

@@ -13,7 +13,7 @@ use study::results::RunResult;
 use study::{Along, Axis, Job, Study, worker};
 
 fn description<B: Block>() -> Description {
-    let interface = Interface::parse(&fmu::describe(B::TABLE, Guid::<B>::TEXT)).unwrap();
+    let interface = Interface::linked(B::TABLE.into(), Guid::<B>::TEXT).unwrap();
     ModelDescription::from_interface(&interface).unwrap().description()
 }
 
@@ -40,10 +40,9 @@ fn job(exchange: Exchange) -> Job {
 fn runs_side_by_side_give_the_bits_of_runs_alone_and_one_that_fails_costs_itself_only() {
     let descriptions = [description::<ContC>(), description::<Heater>()];
     let linked = descriptions.each_ref().map(|description| find(description).unwrap());
-    let table = worker::table(&linked[0].interface).unwrap();
     let bits = |figures: &[f64]| figures.iter().map(|figure| figure.to_bits()).collect::<Vec<_>>();
     for exchange in [Exchange::Sequential, Exchange::Parallel] {
-        let experiment = worker::experiment(&job(exchange), &descriptions.each_ref(), Some(&table)).unwrap();
+        let experiment = worker::experiment(&job(exchange), &descriptions.each_ref(), Some(&linked[0].table)).unwrap();
         let points: Vec<_> = (0..experiment.count()).map(|run| experiment.point(run)).collect();
         let mut executor = Executor::new(experiment);
         let mut instantiate = |member: usize| (linked[member].instantiate)("F");

@@ -63,7 +63,7 @@ impl Known {
         let has_table = has_table(&mut package)?;
         let linked = linked::find(&package.description).filter(|_| has_table);
         let table = match (&linked, starter.filter(|_| has_table)) {
-            (Some(linked), _) => Some(worker::table(&linked.interface)?),
+            (Some(linked), _) => Some(linked.table.clone()),
             (None, Some(starter)) => Some(apart::interface(starter, path)?.table),
             (None, None) => None,
         };
