@@ -153,7 +153,8 @@ fn alias(name: &str) -> &str {
 /// The block of the library that a type name denotes.
 fn named(name: &str) -> Option<&'static LibraryBlock> {
     let name = alias(name);
-    block(name.strip_suffix("_TIME").unwrap_or(name)).or_else(|| block(&format!("{name}_INT")))
+    let timer = name.strip_suffix("_TIME").and_then(block).filter(|of| of.group == TIMERS && of.variant().is_empty());
+    timer.or_else(|| block(name)).or_else(|| block(&format!("{name}_INT")))
 }
 
 /// Whether a name is a system block or type.
@@ -323,4 +324,16 @@ fn table(name: &str) -> Option<&'static StaticTable> {
         names.any(|alias| alias.replace(' ', "").eq_ignore_ascii_case(name))
     };
     tables().into_iter().find(is_it)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_timer_is_also_called_with_its_time() {
+        assert!(["TON", "ton_time", "TONR_TIME", "TON_LTIME", "CTU_INT", "R_TRIG"].into_iter().all(is_system));
+        let wrong = ["LEN_TIME", "R_TRIG_TIME", "CTU_INT_TIME", "TON_LTIME_TIME", "TON_TIME_TIME"];
+        assert_eq!(wrong.into_iter().find(|name| is_system(name)), None);
+    }
 }
