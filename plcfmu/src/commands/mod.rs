@@ -26,8 +26,10 @@ pub mod tool;
 pub mod tune_study;
 
 use crate::exit::Unreadable;
+use crate::interruption;
 use crate::program::is_source;
 use crate::tell::{self, plain};
+use ::study::pool;
 use anyhow::{Context, Error, Result, anyhow, ensure};
 use host::library;
 use host::package::binary::Binary;
@@ -35,6 +37,7 @@ use host::standard_output::is_closed;
 use modeldescription::Description;
 use std::io::{ErrorKind, Write, stdout};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The longest name that is printed of a foreign FMU, in characters.
 const LONGEST_NAME: usize = 60;
@@ -107,6 +110,34 @@ fn told_once(told: impl IntoIterator<Item = (String, String)>) -> Vec<String> {
         format!("{}{more}: {sentence}", names[..names.len().min(MOST)].join(", "))
     };
     sentences.into_iter().map(line).collect()
+}
+
+/// The options of the workers that make the runs of a study.
+#[derive(clap::Args, Clone, Debug)]
+struct WorkerOptions {
+    /// Number of worker processes [default: one for each core]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Time limit for one run, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
+    time_limit: f64,
+    /// Call the libraries of all FMUs through FMI's C interface; by default, plcfmu runs its own copy of the blocks if
+    /// it has them all, built from the same sources: the same bits, faster
+    #[arg(long)]
+    exact_door: bool,
+}
+
+impl WorkerOptions {
+    fn pool(&self) -> Result<pool::Options> {
+        let defaults = pool::Options::new()?;
+        Ok(pool::Options {
+            jobs: self.jobs.map_or(defaults.jobs, usize::from),
+            limit: Duration::from_secs_f64(self.time_limit),
+            exact_door: self.exact_door,
+            interrupted: interruption::flag(),
+            ..defaults
+        })
+    }
 }
 
 /// Parses how long FMUs may take, in seconds.

@@ -1,7 +1,6 @@
 //! `plcfmu study`: runs a loop many times with different values.
 
-use super::{ensure_study, print, shown, system, time_limit};
-use crate::interruption;
+use super::{WorkerOptions, ensure_study, print, shown, system};
 use crate::parameter_file;
 use crate::progress::Progress;
 use crate::tell;
@@ -13,9 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::atomic::Ordering;
 use study::envelope::Envelope;
 use study::expect::{Expectation, Verdict};
 use study::experiment::{Detail, Experiment};
@@ -55,16 +52,8 @@ pub struct Options {
     /// The format of the table with a row for each run
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Number of worker processes [default: one for each core]
-    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    jobs: Option<u16>,
-    /// Time limit for one run, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
-    time_limit: f64,
-    /// Call the libraries of all FMUs through FMI's C interface; by default, plcfmu runs its own copy of the blocks if
-    /// it has them all, built from the same sources: the same bits, faster
-    #[arg(long)]
-    exact_door: bool,
+    #[command(flatten)]
+    workers: WorkerOptions,
     /// Make each run with new instances of the FMUs instead of resetting those of the run before: for an FMU that keeps something
     /// across a reset
     #[arg(long, conflicts_with = "resume")]
@@ -119,7 +108,7 @@ pub fn run(options: &Options) -> Result<()> {
     let outputs = options.junit.iter().chain(&options.part).chain([&table]);
     temporary::check_outputs(outputs.map(PathBuf::as_path), reading.job.system.inputs())?;
     let fingerprint = study::fingerprint(&reading.job)?;
-    let mut pool = start(options, &reading, interruption::flag())?;
+    let mut pool = start(options, &reading)?;
     warn(&pool, &reading.job.system.remarks);
     let count = pool.experiment().count();
     if let (Some(runs), Some(part)) = (&options.runs, &options.part) {
@@ -197,16 +186,9 @@ pub fn run(options: &Options) -> Result<()> {
     judge(&results, &verdicts)
 }
 
-fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<AtomicBool>) -> Result<Pool> {
-    let defaults = pool::Options::new()?;
-    let pool_options = pool::Options {
-        jobs: options.jobs.map_or(defaults.jobs, usize::from),
-        limit: Duration::from_secs_f64(options.time_limit),
-        exact_door: options.exact_door,
-        interrupted,
-        renews: if options.new_instances { Some(true) } else { reading.renews },
-        ..defaults
-    };
+fn start(options: &Options, reading: &study::read::Reading) -> Result<Pool> {
+    let renews = if options.new_instances { Some(true) } else { reading.renews };
+    let pool_options = pool::Options { renews, ..options.workers.pool()? };
     let pool = Pool::start(&reading.job, &pool_options);
     if pool_options.interrupted.load(Ordering::Relaxed) {
         bail!(Interrupted("no run was made".into()));

@@ -1,7 +1,6 @@
 //! `plcfmu tune-study`: searches the settings of a controller that are the best for all plants of a study.
 
-use super::{ensure_study, print, system, time_limit};
-use crate::interruption;
+use super::{WorkerOptions, ensure_study, print, system};
 use crate::parameter_file;
 use crate::progress::Progress;
 use crate::tell;
@@ -12,9 +11,7 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::time::Duration;
 use study::each::{self, Tuned};
-use study::pool;
 use study::tuned::{self, Found};
 use study::tuning::Tuning;
 use study::{self, Interrupted};
@@ -36,16 +33,8 @@ pub struct Options {
     /// Folder for the results [default: the study's name and _tuned]
     #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Number of worker processes [default: one for each core]
-    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    jobs: Option<u16>,
-    /// Time limit for one run, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
-    time_limit: f64,
-    /// Call the libraries of all FMUs through FMI's C interface; by default, plcfmu runs its own copy of the blocks if
-    /// it has them all, built from the same sources: the same bits, faster
-    #[arg(long)]
-    exact_door: bool,
+    #[command(flatten)]
+    workers: WorkerOptions,
 }
 
 const HELP: &str = "\
@@ -82,7 +71,7 @@ pub fn run(options: &Options) -> Result<()> {
     if reading.is_each() {
         return run_each(options, &reading, &out);
     }
-    let pool_options = pool_options(options)?;
+    let pool_options = options.workers.pool()?;
     let mut tuning = Tuning::start(&reading, &pool_options).map_err(|error| reading.located(error, &options.study))?;
     for remark in reading.job.system.remarks.iter().chain(&tuning.remarks) {
         tell::remark(remark);
@@ -119,22 +108,10 @@ pub fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The options of the workers.
-fn pool_options(options: &Options) -> Result<pool::Options> {
-    let defaults = pool::Options::new()?;
-    Ok(pool::Options {
-        jobs: options.jobs.map_or(defaults.jobs, usize::from),
-        limit: Duration::from_secs_f64(options.time_limit),
-        exact_door: options.exact_door,
-        interrupted: interruption::flag(),
-        ..defaults
-    })
-}
-
 /// Tunes each loop of a table by itself, and writes the settings into the parameter file that they are from. A loop that cannot be
 /// tuned does not cost the others.
 fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Result<()> {
-    let pool_options = pool_options(options)?;
+    let pool_options = options.workers.pool()?;
     let names = reading.loops().map_err(|error| reading.located(error, &options.study))?;
     let source = reading.tables.iter().find_map(|(_, rows)| Some((&*rows.path, rows.source.as_ref()?)));
     let file = source.and_then(|(path, _)| path.file_name()).map(|name| out.join(name));
