@@ -525,6 +525,12 @@ def test_both_doors_answer_alike_in_event_mode_with_arrays_and_exact_types(early
             same(lambda of: of.call(what))
         same(Events.values)
     assert refused > 30 and time > 2.0
+    category = (ctypes.c_char_p * 1)(b'a\x01"\n\x1f\x7f')
+    told = same(lambda of: of.call("SetDebugLogging", True, ctypes.c_size_t(1), category))[1]
+    assert rb'category "a\u{1}\"\n\u{1f}\u{7f}" is unknown' in told[0][2]
+    for function, given in [("GetFMUState", (None,)), ("FreeFMUState", (None,)), ("DeserializeFMUState", (b"", ctypes.c_size_t(0), None))]:
+        assert same(lambda of: of.call(function, *given))[1][0][2].endswith(b": FMUState is NULL")
+    same(lambda of: of.call("SetFMUState", ctypes.c_void_p(8)))
 
 
 def test_a_stop_is_told_alike_and_is_in_the_state(command, tmp_path):

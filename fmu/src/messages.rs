@@ -92,9 +92,9 @@ messages! {
 
     // States
     unknown_state():
-        "FMUstate was not given by this instance, or is freed; to move a state to another instance, \
+        "the state was not given by this instance, or is freed; to move a state to another instance, \
          serialize it";
-    state_in_event_mode(): "the state was saved in Event Mode, without which this instance was made";
+    state_in_event_mode(): "the state was saved in Event Mode, but this instance was made without it (eventModeUsed = false)";
     small_buffer(size: usize, length: usize): "size = {size}: the state takes {length} bytes";
     no_serialized_state(): "the bytes are not a serialized state of this format";
     state_of_another_fmu(name: &str): "the state belongs to another FMU or version; this is {name}";

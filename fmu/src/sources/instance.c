@@ -143,7 +143,7 @@ static plcfmu_status_t plcfmu_exit_initialization(plcfmu_component_t *c) {
 
 static plcfmu_status_t plcfmu_get_state(plcfmu_component_t *c, void **state) {
     plcfmu_saved_t *saved;
-    if (plcfmu_target(&c->text, state, "FMUstate") != PLCFMU_OK || (saved = plcfmu_keep(c, state)) == NULL) {
+    if (plcfmu_target(&c->text, state, PLCFMU_STATE_NAME) != PLCFMU_OK || (saved = plcfmu_keep(c, state)) == NULL) {
         return PLCFMU_REFUSED;
     }
     memcpy(&saved->instance, &c->instance, sizeof c->instance);
@@ -166,7 +166,7 @@ static plcfmu_status_t plcfmu_set_state(plcfmu_component_t *c, void *state) {
 /* Frees a saved state and sets it to NULL. NULL is left alone. */
 static plcfmu_status_t plcfmu_drop_state(plcfmu_component_t *c, void **state) {
     plcfmu_saved_t **link, *saved;
-    if (plcfmu_target(&c->text, state, "FMUstate") != PLCFMU_OK) {
+    if (plcfmu_target(&c->text, state, PLCFMU_STATE_NAME) != PLCFMU_OK) {
         return PLCFMU_REFUSED;
     }
     if (*state == NULL) {
@@ -209,7 +209,7 @@ static plcfmu_status_t plcfmu_deserialize_state(plcfmu_component_t *c, const voi
     plcfmu_saved_t *saved, **link;
     int is_new;
     if (plcfmu_array(&c->text, bytes, size, 1, "serializedState") != PLCFMU_OK
-        || plcfmu_target(&c->text, state, "FMUstate") != PLCFMU_OK) {
+        || plcfmu_target(&c->text, state, PLCFMU_STATE_NAME) != PLCFMU_OK) {
         return PLCFMU_REFUSED;
     }
     /* What is refused changes nothing: it is read to a state of its own, which takes the place of the old one. */

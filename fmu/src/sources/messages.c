@@ -38,15 +38,16 @@ static void plcfmu_say_quoted(plcfmu_text_t *text, const char *given) {
     size_t i;
     plcfmu_say(text, "\"");
     for (i = 0; given[i] != '\0' && i < 200; i += 1) {
-        char one[3] = {'\\', 0, 0}, code[7] = {'\\', 'u', '{', 0, 0, '}', 0};
+        char one[3] = {'\\', 0, 0};
         unsigned char byte = (unsigned char)given[i];
         if (byte == '"' || byte == '\\' || byte == '\n' || byte == '\r' || byte == '\t') {
             one[1] = byte == '\n' ? 'n' : byte == '\r' ? 'r' : byte == '\t' ? 't' : given[i];
             plcfmu_say(text, one);
         } else if (byte < 0x20 || byte == 0x7f) {
-            code[3] = hex[byte >> 4];
-            code[4] = hex[byte & 15];
-            plcfmu_say(text, code);
+            one[0] = hex[byte & 15];
+            plcfmu_say(text, byte < 0x10 ? "\\u{" : byte < 0x20 ? "\\u{1" : "\\u{7");
+            plcfmu_say(text, one);
+            plcfmu_say(text, "}");
         } else {
             one[0] = given[i];
             plcfmu_say(text, one);

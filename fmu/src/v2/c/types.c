@@ -7,6 +7,7 @@ typedef fmi2CallbackLogger plcfmu_logger_t;
 #define PLCFMU_PREFIX "fmi2"
 #define PLCFMU_REFERENCES_NAME "vr"
 #define PLCFMU_VALUES_NAME "value"
+#define PLCFMU_STATE_NAME "FMUstate"
 #define PLCFMU_INSTANTIATE PLCFMU_OF_Instantiate
 #define PLCFMU_INSTANTIATE_NAME "fmi2Instantiate"
 

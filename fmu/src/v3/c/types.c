@@ -7,6 +7,7 @@ typedef fmi3LogMessageCallback plcfmu_logger_t;
 #define PLCFMU_PREFIX "fmi3"
 #define PLCFMU_REFERENCES_NAME "valueReferences"
 #define PLCFMU_VALUES_NAME "values"
+#define PLCFMU_STATE_NAME "FMUState"
 #define PLCFMU_INSTANTIATE PLCFMU_OF_InstantiateCoSimulation
 #define PLCFMU_INSTANTIATE_NAME "fmi3InstantiateCoSimulation"
 
