@@ -181,8 +181,8 @@ def test_what_is_offered_first_after_a_step_test_overshoots_by_less_than_5_perce
     test = {"do": "step_test", "size": 10.0, "method": "least_squares", "is_integrating": False}
     *_, tested = in_the_page(page, [{"do": "start", "members": [controller, of], **setup}, test])
     tuning = {"model": json.loads(tested)["ok"]["identified"]["model"], "rule": "simc", "structure": "pi"}
-    (rows,) = in_the_page(page, [{"do": "rules", "controller": controller, **tuning}])
-    simc = next(row for row in json.loads(rows)["ok"] if row["rule"] == "simc")["tuned"]
+    (table,) = in_the_page(page, [{"do": "rules", "controller": controller, **tuning}])
+    simc = next(row for row in json.loads(table)["ok"]["rows"] if row["rule"] == "simc")["tuned"]
     # From cold, in automatic mode from the first call on.
     settings = {**controller["values"], **simc["values"], "MAN_ON": False, "SP_INT": to}
     members = [{**controller, "values": settings}, of]

@@ -19,6 +19,7 @@ use draw::plot::{Chart, Curve, Panel, svg};
 use draw::response::Colors;
 use modeldescription::digits::{rounded, short};
 use modeldescription::units;
+pub(crate) use rules::RulesTable;
 use run::dialog::Roles;
 use run::fmus::number_of;
 use run::system::Value;

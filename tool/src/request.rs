@@ -9,7 +9,7 @@ use crate::message::{
 };
 use crate::preset::{self, Preset};
 use crate::program::{self, Compiled, Looked, Monitored, Programs};
-use crate::report::{self, Forecasted, Tuning};
+use crate::report::{self, Forecasted, RulesTable, Tuning};
 use crate::session::{Session, Until};
 use crate::{connect, describe, known, signals};
 use anyhow::Result;
@@ -205,7 +205,7 @@ requests! { |home, session|
     Tune(of: tune::TuneRequest) -> Tuned = tune::tune(home, &of)?;
     /// All rules for a plant's model and one structure, with their predicted effects: Ms, overshoot, settling time and
     /// travel for one step. The rule of the request is ignored.
-    Rules(of: tune::TuneRequest) -> Vec<tune::RuleOutcome> = tune::table(home, &of)?;
+    Rules(of: tune::TuneRequest) -> RulesTable = tune::table(home, &of)?.into();
     /// The settings in force, with their predicted effects in the same step.
     InForce(of: tune::TuneRequest) -> Tuned = in_force::in_force(home, &of)?;
     /// The open loop of a plant's model with the controller, with its settings and with others, and its margins.

@@ -14,6 +14,7 @@ use modeldescription::digits::short;
 use modeldescription::units;
 use run::fmus::{Member, Values, number_of};
 use run::system::{Exchange, Value};
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
 /// The content of an empty cell.
@@ -89,10 +90,8 @@ pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description
     let missing = missing(&of.rows);
     if !missing.is_empty() {
         writeln!(page, "<ul class=\"rest\">")?;
-        for (why, metrics, rules) in missing {
-            let rules = if rules.len() == tuned.len() { "all rules".to_string() } else { rules.join(", ") };
-            let metrics = metrics.join(", ");
-            writeln!(page, "<li>{NONE} in {} of {}: {}.</li>", Text(&metrics), Text(&rules), Text(why))?;
+        for line in missing {
+            writeln!(page, "<li>{}</li>", Text(&line))?;
         }
         writeln!(page, "</ul>")?;
     }
@@ -149,10 +148,27 @@ fn metrics_of(tuned: &Tuned) -> [Option<f64>; 9] {
     ]
 }
 
-/// The reasons for missing metrics, each with the metrics and the rules concerned.
-fn missing(rows: &[RuleOutcome]) -> Vec<(&str, Vec<&str>, Vec<&str>)> {
+/// All rules with their predicted effects.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct RulesTable {
+    /// The rules.
+    pub rows: Vec<RuleOutcome>,
+    /// The reasons for missing metrics, a line for each.
+    pub missing: Vec<String>,
+}
+
+impl From<Vec<RuleOutcome>> for RulesTable {
+    fn from(rows: Vec<RuleOutcome>) -> RulesTable {
+        RulesTable { missing: missing(&rows), rows }
+    }
+}
+
+/// The reasons for missing metrics, a line for each with the metrics and the rules concerned.
+fn missing(rows: &[RuleOutcome]) -> Vec<String> {
     let mut all: Vec<(&str, Vec<&str>, Vec<&str>)> = Vec::new();
-    for (name, absent) in rows.iter().filter_map(|row| Some((&*row.name, &row.tuned.as_ref()?.absent))) {
+    let tuned = || rows.iter().filter_map(|row| Some((&*row.name, &row.tuned.as_ref()?.absent)));
+    for (name, absent) in tuned() {
         let mut own: Vec<(&str, Vec<&str>)> = Vec::new();
         for (title, why) in METRICS.iter().filter_map(|(title, key)| Some((*title, &**absent.get(*key)?))) {
             match own.iter_mut().find(|(other, _)| *other == why) {
@@ -167,7 +183,11 @@ fn missing(rows: &[RuleOutcome]) -> Vec<(&str, Vec<&str>, Vec<&str>)> {
             }
         }
     }
-    all
+    let line = |(why, metrics, rules): (&str, Vec<&str>, Vec<&str>)| {
+        let rules = if rules.len() == tuned().count() { "all rules".to_string() } else { rules.join(", ") };
+        format!("{NONE} in {} of {rules}: {why}.", metrics.join(", "))
+    };
+    all.into_iter().map(line).collect()
 }
 
 /// The metrics, margins aside, in which a rule is better than all others that leave the loop stable.

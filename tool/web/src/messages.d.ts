@@ -1100,6 +1100,13 @@ tuned: Tuned | null,
 /** The reason why there are no settings. */
 refusal: string | null, };
 
+/** All rules with their predicted effects. */
+export type RulesTable = {
+/** The rules. */
+rows: Array<RuleOutcome>,
+/** The reasons for missing metrics, a line for each. */
+missing: Array<string>, };
+
 /** A value that is set while a loop runs. */
 export type Set = {
 /** When, in seconds. */
@@ -1456,7 +1463,7 @@ export interface Dialogue {
   forecast: { request: Extract<Request, { do: "forecast" }>; answer: Forecasted | null };
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };
-  rules: { request: Extract<Request, { do: "rules" }>; answer: Array<RuleOutcome> };
+  rules: { request: Extract<Request, { do: "rules" }>; answer: RulesTable };
   in_force: { request: Extract<Request, { do: "in_force" }>; answer: Tuned };
   bode: { request: Extract<Request, { do: "bode" }>; answer: Bode };
   step_test: { request: Extract<Request, { do: "step_test" }>; answer: StepTested };

@@ -40,13 +40,13 @@ const DETAILS = {
  * All rules side by side.
  *
  * @param {Work} loop
- * @param {import("./messages").RuleOutcome[]} rows
+ * @param {import("./messages").RulesTable} table
  * @param {Tuned | undefined} present the settings in force, with what they lead to
  * @param {import("./messages").Rule} chosen
  * @param {Units} units
  * @param {(rule: import("./messages").Rule) => void} choose
  */
-export function rulesTable(loop, rows, present, chosen, units, choose) {
+export function rulesTable(loop, { rows, missing }, present, chosen, units, choose) {
   // Settings that no rule of this structure computes, such as TD for PI, get no column.
   const isSet = (/** @type {string} */ name) => rows.some(({ tuned }) => typeof tuned?.values[name] === "number");
   const settings = loop.description.roles.controller.slice(0, 3).filter(isSet);
@@ -82,7 +82,6 @@ export function rulesTable(loop, rows, present, chosen, units, choose) {
   });
   const head = tableHead(["Rule", ...names, ...METRICS.map(([metric]) => metric)], (at) => at > 0);
   for (const cell of head.querySelectorAll("th")) cell.className += ` ${DETAILS[cell.textContent ?? ""] ?? ""}`;
-  const missing = missingMetrics(rows);
   return element(
     "div",
     element(
@@ -97,23 +96,6 @@ export function rulesTable(loop, rows, present, chosen, units, choose) {
         missing.map((line) => element("li", line)),
       ),
   );
-}
-
-/** Why metrics are missing, a line for each reason and the metrics that it explains. @param {import("./messages").RuleOutcome[]} rows */
-function missingMetrics(rows) {
-  /** @type {{ metrics: string, why: string, names: string[] }[]} */
-  const found = [];
-  const computed = rows.filter(({ tuned }) => tuned);
-  for (const { name, tuned } of computed) {
-    for (const why of new Set(Object.values(tuned?.absent ?? {}))) {
-      const metrics = METRICS.flatMap(([metric, key]) => (tuned?.absent[key] === why ? metric : [])).join(", ");
-      const same = found.find((one) => one.metrics === metrics && one.why === why);
-      if (same) same.names.push(name);
-      else found.push({ metrics, why: why ?? "", names: [name] });
-    }
-  }
-  const whose = (/** @type {string[]} */ names) => (names.length === computed.length ? "all rules" : names.join(", "));
-  return found.map(({ metrics, why, names }) => `– in ${metrics} of ${whose(names)}: ${why}.`);
 }
 
 /**

@@ -639,15 +639,15 @@ async function tune() {
       closed_loop: kept.closedLoop !== "" && closed > 0 ? closed : null,
       ...{ pace: kept.pace, step, band, ultimate: kept.ultimate, exchange: loop.exchange },
     };
-    const rows = await ask({ do: "rules", ...request });
+    const table = await ask({ do: "rules", ...request });
     // Without a P action, for example, there is no such row.
     const own = { ...request.controller, values: valuesOf(loop, "sent") };
     const present = await ask({ do: "in_force", ...request, controller: own }).catch(() => undefined);
     if (mine !== asked || store.loop !== loop) return;
-    comparison = { rows: rows.map(withoutCurves), step };
-    const row = rows.find(({ rule }) => rule === kept.rule);
+    comparison = { rows: table.rows.map(withoutCurves), step };
+    const row = table.rows.find(({ rule }) => rule === kept.rule);
     tuned = row?.tuned ?? undefined;
-    showRules(rows, row, place, present);
+    showRules(table, row, place, present);
     tunedBy = row?.name ?? "";
     showBode();
     store.predict(tuned && { title: row?.name ?? "", curves: tuned.predicted, origin });
@@ -679,18 +679,18 @@ function showBode() {
 /**
  * All rules side by side, and the settings of the chosen one.
  *
- * @param {import("./messages").RuleOutcome[]} rows
+ * @param {import("./messages").RulesTable} compared
  * @param {import("./messages").RuleOutcome | undefined} chosen
  * @param {string} place where the typed step begins and ends, or empty: the rows are for another one then, which nobody is offered to run
  * @param {Tuned | undefined} present the settings in force, with what they lead to
  */
-function showRules(rows, chosen, place, present) {
+function showRules(compared, chosen, place, present) {
   const loop = store.loop;
   if (!loop) return;
   const kept = notes();
   const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.rule : undefined;
   const units = unitsOfFigures();
-  const table = rulesTable(loop, rows, present, kept.rule, units, (rule) => {
+  const table = rulesTable(loop, compared, present, kept.rule, units, (rule) => {
     kept.rule = rule;
     showClosed();
     tune();
