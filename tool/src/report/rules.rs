@@ -151,7 +151,7 @@ fn metrics_of(tuned: &Tuned) -> [Option<f64>; 9] {
 /// All rules with their predicted effects.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct RulesTable {
+pub(crate) struct RulesTable {
     /// The rules.
     pub rows: Vec<RuleOutcome>,
     /// The reasons for missing metrics, a line for each.
