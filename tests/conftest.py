@@ -26,6 +26,9 @@ VERSIONS_TOO = ("test_fmu_state", "test_time", "test_restart_values")
 PRESET = "preset of "
 PROGRAM = "program "
 
+# These files take minutes each, with few tests.
+LONGEST = ("test_c_sources", "test_packer", "test_wheel")
+
 NONE = "none"  # the parameter where there are no FMUs, so that every test fails and says what to do
 
 
@@ -67,6 +70,12 @@ def pytest_generate_tests(metafunc):
         # How a preset starts does not depend on the block: in FMI 3.0 that of a program stands for all.
         presets = [PRESET + name for name in host.names() + host.versions(programs, is_newer_too)] if has_presets else []
         metafunc.parametrize("fmu", originals + presets or [NONE], indirect=True, scope="session")
+
+
+@pytest.hookimpl(trylast=True)  # pytest itself sorts by fixtures
+def pytest_collection_modifyitems(items):
+    """The longest files come first: at the end, one of them would leave the other processors idle."""
+    items.sort(key=lambda item: item.path.stem not in LONGEST)
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -62,7 +62,8 @@ pub(crate) fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     run(importers.current_dir(&workspace.root).envs(variables.clone()))?;
     steps.begin("Python tests");
     let mut pytest = environment.python();
-    pytest.args(["-m", "pytest", "tests", "-nauto", "--dist=loadfile"]).args(&options.pytest);
+    // In the order of tests/conftest.py, not by the number of tests in a file.
+    pytest.args(["-m", "pytest", "tests", "-nauto", "--dist=loadfile", "--no-loadscope-reorder"]).args(&options.pytest);
     // The site's page "What was tested" is generated from these. A subset of the tests says nothing about the rest.
     if options.pytest.is_empty() {
         pytest.env("PLCFMU_RESULTS", workspace.target.join("results"));
