@@ -41,9 +41,9 @@
 //! FMI: [`clock`] determines the calls in a step, [`session`] makes them, [`mean`] averages the pulse over them;
 //! [`instance`] gets and sets values by number, [`state`] defines what is allowed when, [`component`] saves states,
 //! [`preset`] reads other start values, [`mod@door`] catches panics and logs; [`refusal`] states why a call is refused,
-//! and [`interface`] describes the library and [`table`] the block. [`ordinary`] is the shortcut for the calls of every
-//! cycle, and [`abreast`] the same for several instances at once. [`v2`] is FMI 2.0 for co-simulation over this core: a
-//! table of C functions, which shares its unsafe code with other versions in `pointers`.
+//! and [`describe`] prints the library's interface from the block's [`table`]. [`ordinary`] is the shortcut for the calls
+//! of every cycle, and [`abreast`] the same for several instances at once. [`v2`] is FMI 2.0 for co-simulation over this
+//! core: a table of C functions, which shares its unsafe code with other versions in `pointers`.
 //!
 //! Data flows one way: `v2` turns pointers into references, the door checks the state, the session asks the clock, and
 //! the block's law computes. Between the C function and the law there is no dynamic dispatch and no allocation.
