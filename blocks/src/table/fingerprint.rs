@@ -24,17 +24,13 @@ pub const fn checksum(bytes: &[u8]) -> u128 {
 /// Formats the hash as hexadecimal digits: `{00000000-0000-0000-0000-000000000000}`.
 pub const fn text(hash: u128) -> [u8; 38] {
     const DIGITS: [u8; 16] = *b"0123456789abcdef";
+    const PLACES: [usize; 16] = [1, 3, 5, 7, 10, 12, 15, 17, 20, 22, 25, 27, 29, 31, 33, 35];
     let bytes = hash.to_be_bytes();
     let mut text = *b"{00000000-0000-0000-0000-000000000000}";
-    let mut place = 1;
     let mut i = 0;
     while i < 16 {
-        if text[place] == b'-' {
-            place += 1;
-        }
-        text[place] = DIGITS[(bytes[i] >> 4) as usize];
-        text[place + 1] = DIGITS[(bytes[i] & 15) as usize];
-        place += 2;
+        text[PLACES[i]] = DIGITS[(bytes[i] >> 4) as usize];
+        text[PLACES[i] + 1] = DIGITS[(bytes[i] & 15) as usize];
         i += 1;
     }
     text
