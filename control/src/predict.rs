@@ -47,7 +47,7 @@ const MOST_CALLS: usize = 200_000;
 const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];
 /// Up to how many times longer in any case: beyond, only as long as the plant itself is slower.
 const SURELY_LONGER: usize = 4;
-/// A manipulated value that has one and the same value in this part of the calls is at a limit.
+/// A manipulated value that stays constant over this fraction of the calls is at a limit.
 const STAYS: f64 = 0.9;
 /// This many calls after the step are all shown; of the others, about as many again and four times as many.
 const ALL_SHOWN: usize = 200;
@@ -149,7 +149,7 @@ impl Component for Plant {
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
         let input = self.drive(size);
         let (until, length) = self.rest;
-        // Half a step: rounding does not decide.
+        // Half a step, so that rounding does not matter.
         if time < until - size / 2.0 {
             if time >= until - length - size / 2.0 {
                 self.resting = (self.resting.0 + input, self.resting.1 + 1.0);
@@ -250,7 +250,7 @@ impl Schedule {
     }
 }
 
-/// Remarks on a prediction for the user.
+/// Remarks about a prediction for the user.
 #[derive(Debug, Default)]
 pub struct Told {
     /// A sentence each.
@@ -321,7 +321,7 @@ fn resting<'a, T>(
     Ok(found)
 }
 
-/// A predicted step beside one that was measured.
+/// A predicted step to compare with a measured one.
 pub struct Forecast {
     /// The process value in each call from the step on.
     pub process_value: Vec<f64>,
@@ -574,7 +574,7 @@ fn to_round_target(level: f64, height: f64) -> f64 {
 #[derive(Debug, PartialEq)]
 struct Terminal {
     name: String,
-    /// Whether it is a word of an analog input.
+    /// Whether it is an analog input word.
     is_word: bool,
     /// Switches without which it has no effect.
     switches: Vec<(String, bool)>,
@@ -601,7 +601,7 @@ impl Terminal {
         Ok(Terminal { name: (*name).clone(), is_word, switches })
     }
 
-    /// A remark on switches that are set for the simulation only.
+    /// A remark about switches that are set for the simulation only.
     fn remark(&self) -> Option<String> {
         let state = |(name, is_on): &(String, bool)| format!("{name} = {}", if *is_on { "TRUE" } else { "FALSE" });
         let switches: Vec<String> = self.switches.iter().map(state).collect();
@@ -636,7 +636,7 @@ fn system(
         events.push(Setting { time: automatic, ..setting(switch, Value::Boolean(false)) });
     }
     if controller.is_step_controller() {
-        // The step is answered in automatic mode, away from the stops.
+        // The loop responds to the step in automatic mode, away from the stops.
         let switches = controller.roles.manual_switch().into_iter().chain(controller.roles.stops());
         all.extend(switches.map(|name| (name.clone(), Value::Boolean(false))));
     }
@@ -692,7 +692,7 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
         times: &times,
         setpoint: &setpoint,
         process_value: &process_value,
-        // Pulses do not travel.
+        // Pulses have no travel.
         manipulated_value: if controller.roles.pulses.is_empty() { &manipulated_value } else { &[] },
         ..Signals::default()
     };
@@ -761,7 +761,7 @@ fn saturation(manipulated: &[f64], schedule: &Schedule, height: f64) -> Option<S
     })
 }
 
-/// A block alone, called by hand.
+/// A single block, called directly.
 struct Bench<'a> {
     component: Box<dyn Component>,
     controller: &'a Controller,

@@ -9,12 +9,12 @@
 //! then its connected inputs, and steps. With [`Exchange::Parallel`], all connected inputs are read before any of the
 //! FMUs steps.
 //!
-//! Each row of the recording belongs to a time. An input has the value that its FMU receives for the step beginning at
-//! that time. An output has the value that the connected FMUs read in that step. The row of a controller thus shows the
-//! inputs and outputs of its call at that time, and a plant that feeds back to the controller shows its state at that
-//! time. An output that no FMU reads is recorded together with the other outputs of its FMU; if none of them is read,
-//! all have their values at that time, before the step. The last row belongs to the end, without a step: outputs have
-//! the values after the last step, and connected inputs those of their outputs.
+//! Each row of the recording corresponds to a point in time. An input has the value that its FMU receives for the step
+//! beginning at that time. An output has the value that the connected FMUs read in that step. The row of a controller
+//! thus shows the inputs and outputs of its call at that time, and a plant that feeds back to the controller shows its
+//! state at that time. An output that no FMU reads is recorded together with the other outputs of its FMU; if none of
+//! them is read, all have their values at that time, before the step. The last row corresponds to the end, without a
+//! step: outputs have the values after the last step, and connected inputs those of their outputs.
 //!
 //! FMUs with Event Mode are not part of that order: their values are exchanged at a communication point, before any FMU
 //! steps. All of them enter Event Mode; each that has an event is updated after those that feed it and have an event
@@ -240,7 +240,7 @@ pub fn write_cells(to: &mut (impl Write + ?Sized), columns: &[Column], time: f64
     writeln!(to)
 }
 
-/// A text as a CSV field (RFC 4180).
+/// A string as a CSV field (RFC 4180).
 fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
@@ -249,7 +249,7 @@ fn field(text: &str) -> String {
 /// steps after each.
 ///
 /// # Errors
-/// An FMU refuses: its name, what it refused, the time and its messages.
+/// An FMU rejects a call: its name, what it rejected, the time and its messages.
 ///
 /// # Panics
 /// The number of components differs from the number of members.
@@ -363,7 +363,7 @@ struct Running<C> {
     next: f64,
     /// Assignments for the next step, applied after the plan's events.
     pending: Vec<Assignment>,
-    /// The state of its own events; `None` if it is not called in Event Mode.
+    /// The state of its events; `None` if it is not called in Event Mode.
     own: Option<events::Own>,
 }
 
@@ -371,7 +371,7 @@ impl<C: Component> Run<C> {
     /// Initializes the components, one for each member of the plan. `stop` is the end in seconds, if known.
     ///
     /// # Errors
-    /// An FMU refuses: its name, what it refused, and its messages.
+    /// An FMU rejects a call: its name, what it rejected, and its messages.
     ///
     /// # Panics
     /// The number of components differs from the number of members.
@@ -401,7 +401,7 @@ impl<C: Component> Run<C> {
     /// Makes one step.
     ///
     /// # Errors
-    /// An FMU refuses: its name, what it refused, the time and its messages. The run is then over.
+    /// An FMU rejects a call: its name, what it rejected, the time and its messages. The run is then over.
     pub fn step(&mut self, plan: &Plan) -> Result<()> {
         let time = plan.time(self.steps);
         (self.time, self.stepped) = (time, 0);

@@ -222,7 +222,7 @@ fn file_name(name: &str) -> String {
     name.chars().map(|letter| if kept(letter) { letter } else { '_' }).collect()
 }
 
-/// A text without the control characters that XML and HTML forbid.
+/// A string without the control characters that XML and HTML forbid.
 pub(crate) fn printable(text: &str) -> String {
     let is_forbidden = |letter: char| {
         letter.is_control() && !matches!(letter, '\n' | '\t') || matches!(letter, '\u{fffe}' | '\u{ffff}')
@@ -230,7 +230,7 @@ pub(crate) fn printable(text: &str) -> String {
     text.chars().map(|letter| if is_forbidden(letter) { '\u{fffd}' } else { letter }).collect()
 }
 
-/// A text as the page shows it, with units such as °C, as in the pictures.
+/// A string as the page shows it, with units such as °C, as in the pictures.
 fn seen(text: &str) -> String {
     printable(&units::shown(text))
 }
@@ -314,7 +314,7 @@ impl Report<'_> {
         Ok(indices.map(|indices| names.into_iter().zip(indices).collect()))
     }
 
-    /// A sentence on the runs that failed; `None` if none failed.
+    /// A sentence about the runs that failed; `None` if none failed.
     pub(crate) fn failure_text(&self) -> Option<String> {
         let summary = self.summary;
         let first = summary.failures.first()?;
@@ -415,7 +415,7 @@ fn shorter(one: String, other: String) -> String {
     if other.len() < one.len() { other } else { one }
 }
 
-/// Sentences on the runs that did not fail and yet lack a figure, and on those in which it is infinite: both are
+/// Sentences about runs that lack a figure although they did not fail, and runs in which it is infinite: both are
 /// excluded from the statistics.
 fn absent_texts(report: &Report, column: usize) -> Result<Vec<String>> {
     let (summary, of) = (report.summary, &report.summary.figures[column]);
@@ -516,7 +516,7 @@ struct FigureDocument<'a> {
     best: Option<RunDocument>,
     median: Option<RunDocument>,
     worst: Vec<RunDocument>,
-    /// The runs that lack it without having failed.
+    /// The runs that lack it although they did not fail.
     absent: &'a [u64],
 }
 

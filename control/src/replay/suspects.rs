@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 /// This many rows after the first difference show whether a suspect is worth a full run.
 const BEHIND: usize = 3_000;
 
-/// This many calls may be spent on trying.
+/// The maximum number of calls spent on trying suspects.
 const MOST_CALLS: usize = 3_000_000;
 
 /// The maximum number of missed calls searched for.
@@ -84,7 +84,7 @@ impl Tried {
     }
 }
 
-/// The explanations tried, the best first: the mode before all others, then the time, then single settings, then pairs.
+/// The explanations tried, best first: the mode before all others, then the time, then single settings, then pairs.
 pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspect>> {
     let rows = (base.first().unwrap_or(0) + BEHIND).min(comparison.recording.rows);
     let search = Search::new(comparison, rows, MOST_CALLS);
@@ -457,7 +457,7 @@ impl Diagnosis<'_> {
         let rank = |of: &Suspect| (of.different, of.fits && !is_round(of), of.fits && !is_usual(block, of), of.largest);
         suspects.sort_by(|a, b| rank(a).partial_cmp(&rank(b)).expect("finite"));
         if suspects.iter().filter(|suspect| suspect.fits).count() != 1 {
-            // The same settings may be there twice, with the same values.
+            // The same settings may occur twice, with the same values.
             let first = suspects.iter().find(|suspect| suspect.fits).map(|suspect| suspect.values.clone());
             let is_same = |suspect: &Suspect| {
                 Some(suspect.values.keys().collect::<Vec<_>>()) == first.as_ref().map(|of| of.keys().collect())
@@ -470,12 +470,12 @@ impl Diagnosis<'_> {
     }
 }
 
-/// Each two of them.
+/// All pairs of them.
 fn pairs(rows: &[usize]) -> impl Iterator<Item = [usize; 2]> {
     rows.iter().enumerate().flat_map(|(number, a)| rows[number + 1..].iter().map(move |b| [*a, *b]))
 }
 
-/// Whether it changes settings of the controller alone, which are changed most often.
+/// Whether it changes only settings of the controller, which are changed most often.
 pub(super) fn is_usual(block: &Block, suspect: &Suspect) -> bool {
     !suspect.values.is_empty() && suspect.values.keys().all(|name| block.roles.controller.contains(name))
 }
@@ -491,7 +491,7 @@ fn part(low: f64, high: f64, value: f64) -> f64 {
     (high - low) / value.abs().max(1e-12)
 }
 
-/// A range that is worth telling.
+/// A range that is worth reporting.
 pub(super) fn range_to_tell(low: f64, high: f64, value: f64) -> Option<(f64, f64)> {
     (part(low, high, value) > 0.001).then_some((low, high))
 }
@@ -586,7 +586,7 @@ fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option
         && found.len() < MOST_MISSED
     {
         let mut step: Option<(Outcome, Change)> = None;
-        // Far into a recording, each run takes long.
+        // Far into a recording, each run takes a long time.
         let earlier = if rows.saturating_mul(40) > MOST_CALLS { 0 } else { 4 };
         for row in (at.saturating_sub(earlier).max(1)..=at).rev() {
             let mut without = variant.clone();
@@ -781,7 +781,7 @@ fn dead_band(tries: &mut Tries) {
     let (mut rests, mut moves) = (Vec::new(), Vec::new());
     for at in 1..recording.rows.min(200_000) {
         let (now, before) = (deviation(at).abs(), deviation(at - 1).abs());
-        // A deviation that does not change moves nothing without an I action.
+        // Without an I action, a constant deviation moves nothing.
         if manipulated[at] == manipulated[at - 1] && now != before {
             rests.push(now.max(before));
         } else if manipulated[at] != manipulated[at - 1] {
@@ -791,7 +791,7 @@ fn dead_band(tries: &mut Tries) {
     if rests.len() < 3 {
         return;
     }
-    // At the limits it does not move either, with large deviations.
+    // Nor does it move at the limits, where deviations are large.
     rests.sort_unstable_by(f64::total_cmp);
     let low = moves.iter().copied().fold(f64::INFINITY, f64::min);
     let rests: Vec<f64> = rests.into_iter().filter(|rest| *rest <= low).collect();
