@@ -45,7 +45,7 @@ pub struct Fault {
     line: usize,
     /// The column's number, from 1, and its name; `None` if the error concerns the whole line.
     column: Option<(usize, String)>,
-    /// The message after "line 3" or "line 3, column 2 (PV):".
+    /// The message that follows "line 3" or "line 3, column 2 (PV):".
     text: String,
 }
 
@@ -256,7 +256,7 @@ pub fn loop_names(text: &str) -> Result<Option<Vec<String>>> {
     Ok(Some(texts))
 }
 
-/// The place where the rows of a text begin, and their format.
+/// Where the rows of a text begin, and their format.
 struct Layout<'a> {
     text: &'a str,
     /// The line number, from 1, at which `text` begins.
@@ -447,7 +447,7 @@ impl<'a> Layout<'a> {
         if self.rows_are == RowsAre::Calls {
             clock::join(&mut columns);
         }
-        // What is said of columns with the names of loops: they are texts, and are not left out.
+        // Columns with the names of loops hold text but are not left out, so remarks about them do not apply.
         let mut names = Vec::new();
         for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
             let is_variable = self.rows_are == RowsAre::Loops && is_variable(&header.name);

@@ -1,7 +1,7 @@
 //! Figures of a loop: how fast, how far, how much. [`FIGURES`] defines each of them once, for the parameter tool, its
 //! report, studies, the command and Python.
 //!
-//! A figure belongs to one event of a run: a step of the setpoint or a disturbance. The *window* of an event ends at
+//! A figure describes one event of a run: a step of the setpoint or a disturbance. The *window* of an event ends at
 //! the next change of the setpoint, disturbance, or change between manual and automatic mode. A step begins in the
 //! first call with the new setpoint; a ramp, in which the setpoint changes in several consecutive calls, counts from
 //! the first of them. A run that begins far from its setpoint begins with a step, in the first call with a process
@@ -33,7 +33,7 @@ const NOT_FINITE: &str = "is NaN in some calls";
 /// The reason if the setpoint does not step.
 const NO_CHANGE: &str = "the setpoint does not change in this part of the run";
 
-/// A figure of a loop. The lowest value is the best.
+/// A figure of a loop. Lower is better.
 #[derive(Debug)]
 pub struct Figure {
     /// The name, used everywhere: `settling`.

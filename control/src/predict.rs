@@ -45,11 +45,11 @@ const LOAD: f64 = 10.0;
 const MOST_CALLS: usize = 200_000;
 /// Factors by which the simulated time is extended, one after the other, until the loop is at rest.
 const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];
-/// Up to how many times longer in any case: beyond, only as long as the plant itself is slower.
+/// Extensions up to this factor are always allowed; longer ones only if the plant itself is slower.
 const SURELY_LONGER: usize = 4;
 /// A manipulated value that stays constant over this fraction of the calls is at a limit.
 const STAYS: f64 = 0.9;
-/// This many calls after the step are all shown; of the others, about as many again and four times as many.
+/// The first calls after the step, all of which are shown; of the others, about as many again and four times as many.
 const ALL_SHOWN: usize = 200;
 /// The names of the two members.
 const CONTROLLER: &str = "CONTROLLER";

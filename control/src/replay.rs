@@ -38,7 +38,7 @@ use modeldescription::digits::short;
 use run::fmus::{Fmus, Member, Values, number_of};
 use serde::{Deserialize, Serialize};
 
-/// The most values of outputs that are compared, rows times columns.
+/// The maximum number of output values compared, rows times columns.
 const MOST_VALUES: usize = 8 << 20;
 
 /// If a different setting reduces the number of differing pulses by this factor, the last digits alone do not explain
@@ -82,21 +82,21 @@ pub struct Replayed {
     pub columns: Vec<(String, String)>,
     /// The number of calls made.
     pub calls: usize,
-    /// One for each output that the file has.
+    /// One for each output in the file.
     pub outputs: Vec<Compared>,
     /// The settings in which the recording differs from the loop: it was replayed with the recorded ones.
     pub settings: Vec<Change>,
     /// The settings that change during the recording and end with a value other than the loop's: the recorded values
     /// were used.
     pub moving: Vec<Moving>,
-    /// The explanations tried, the best first.
+    /// The explanations tried, best first.
     pub suspects: Vec<Suspect>,
     /// The conclusion.
     pub conclusion: Conclusion,
     /// The reason why equal outputs prove nothing about the controller's settings; `None` if the recording depends on
     /// them.
     pub doubt: Option<Doubt>,
-    /// Remarks for the user, a sentence each.
+    /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -158,7 +158,7 @@ pub struct Suspect {
     pub changes: Vec<Change>,
     /// The change made during the recording, if any.
     pub since: Option<Since>,
-    /// From where to where the value of the only number among them explains the recording as well.
+    /// The range of values of the only number among the changes that explain the recording as well.
     pub range: Option<(f64, f64)>,
     /// Other settings with which it would have another value and explain the recording as well.
     pub confused: Vec<String>,
@@ -168,7 +168,7 @@ pub struct Suspect {
     pub different: usize,
     /// The largest difference.
     pub largest: f64,
-    /// Whether nothing differs any more.
+    /// Whether no difference remains.
     pub fits: bool,
     /// Whether it is certain: no other explanation covers everything, and its values are unambiguous.
     pub is_sure: bool,
@@ -250,9 +250,9 @@ struct Reading {
     recording: Recording,
     base: compare::Outcome,
     suspects: Vec<Suspect>,
-    /// Whether its rows have the outputs of the call before.
+    /// Whether its rows have the outputs of the previous call.
     is_late: bool,
-    /// Whether no more differs than the digits of the recording leave open.
+    /// Whether the differences are within the recording's resolution.
     is_rounded: bool,
 }
 
@@ -305,7 +305,7 @@ fn read_otherwise(
         reading.suspects.clear();
         return Ok(reading);
     }
-    // A switch that the last digit of an input moves by a call is as near as a switch can be.
+    // A switch that the last digit of an input shifts by one call is as close as a switch can be.
     let is_any_near = tolerance.is_some() || has_switches_only;
     let allowed = if is_any_near { f64::INFINITY } else { FAR * reading.recording.resolution() };
     // A call without a row is not closer, since its inputs were not recorded.
@@ -482,7 +482,7 @@ fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<
     }
 }
 
-/// That the actuator's stops are not recorded, which a step controller takes into account.
+/// A remark that the actuator's stops, which a step controller takes into account, are not recorded.
 fn unknown_stops(block: &Block, recording: &Recording) -> Option<String> {
     let is_recorded = |name: &&String| recording.inputs.iter().any(|input| block.table.rows[input.row].name == **name);
     let unknown: Vec<&str> = block.roles.stops().filter(|name| !is_recorded(name)).map(String::as_str).collect();
@@ -495,7 +495,7 @@ fn unknown_stops(block: &Block, recording: &Recording) -> Option<String> {
     })
 }
 
-/// That the recording is taken for one with times in manual mode.
+/// A remark that the recording is assumed to include times in manual mode.
 fn in_manual(block: &Block, recording: &Recording, times: &[(f64, f64)]) -> String {
     let output = block.manipulated(recording).map_or("", |output| recording.outputs[output].name.as_str());
     let times: Vec<String> = times.iter().map(|(from, to)| format!("{} s to {} s", short(*from), short(*to))).collect();
@@ -581,7 +581,7 @@ fn conclusion(
     }
 }
 
-/// Whether it is the only explanation that changes settings of the controller alone.
+/// Whether it is the only explanation that changes only settings of the controller.
 fn is_likeliest(block: &Block, first: &Suspect, others: &[Suspect]) -> bool {
     let is_usual = |suspect: &Suspect| suspect.fits && suspects::is_usual(block, suspect);
     is_usual(first) && !others.iter().any(is_usual)

@@ -1,6 +1,6 @@
 //! Settings of a controller for a plant's model by the known rules, with the resulting margins and responses.
 //!
-//! The [`rules`] know a plant with gain, lag and dead time. Here their result takes the form of a block:
+//! The [`rules`] apply to a plant with gain, lag and dead time. Here their result takes the form of a block:
 //!
 //! - The dead time that they get is the plant's, and half a CYCLE for the hold of the manipulated value, and half a period of the
 //!   pulse former if there is one. For a block that runs its controller in each n-th call, n calls are the period.
@@ -65,10 +65,10 @@ pub struct TuneRequest {
     /// or three dead times for lambda.
     #[serde(default)]
     pub closed_loop: Option<f64>,
-    /// The same as a place on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence.
+    /// This time constant as a position on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence.
     #[serde(default)]
     pub pace: Option<f64>,
-    /// The step of the setpoint that is predicted.
+    /// The setpoint step to predict.
     #[serde(default)]
     pub step: Step,
     /// Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above 0: 2 % of the last
@@ -101,13 +101,13 @@ pub struct Step {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Tuned {
-    /// The settings in the block's form, by the block's names, the switches of the structure included.
+    /// The settings in the block's form, by the block's names, including the switches of the structure.
     pub values: Values,
     /// The dead time that was used: the model's, half a cycle, half a pulse period.
     pub dead_time: f64,
     /// The time constant of the closed loop that the rule was given, if it takes one.
     pub closed_loop: Option<f64>,
-    /// The same as a position on a scale from calm, 0, to fast, 1, as the request may specify it.
+    /// This time constant as a position on a scale from calm, 0, to fast, 1, as the request may specify it.
     pub pace: Option<f64>,
     /// The largest sensitivity.
     pub sensitivity: Option<f64>,
@@ -121,7 +121,7 @@ pub struct Tuned {
     /// `overshoot`, `settling`, `travel`, and `deviation`, `recovery` and `iae` of the load.
     #[serde(default)]
     pub absent: BTreeMap<String, String>,
-    /// Remarks for the user, a sentence each.
+    /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -158,7 +158,7 @@ pub struct Ratio {
     pub ratio: f64,
     /// The model to tune the controller with: the weaker gain, the longer dead time.
     pub model: Model,
-    /// Remarks for the user, a sentence each.
+    /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
 }
 

@@ -23,7 +23,7 @@
 //! set.PID.SP = 80.0
 //! ```
 //!
-//! Names of variables contain points, and so do TOML's keys: both spellings denote the same name.
+//! Names of variables contain dots, and so do TOML's keys: both spellings denote the same name.
 
 mod write;
 
@@ -49,7 +49,7 @@ const LARGEST: u64 = 1 << 20;
 /// A function that reads a parameter file, given as the user names it.
 pub type ReadParameters = fn(&str, &Options) -> Result<Reading>;
 
-/// The remarks on a parameter file that was read, a sentence each.
+/// The remarks about a parameter file, one sentence each.
 pub fn remarks(reading: &Reading) -> Vec<String> {
     reading.remarks.to_string().lines().map(str::to_string).collect()
 }

@@ -1,4 +1,4 @@
-//! Resolves and checks the names of a system: the result contains, by position, all that [`run`](crate::master::run)
+//! Resolves and checks the names in a system: the result contains, by position, all that [`run`](crate::master::run)
 //! needs in each step.
 
 use crate::bail_at;

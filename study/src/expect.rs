@@ -1,4 +1,4 @@
-//! Expectations of the runs of a study, such as `overshoot < 10 %`.
+//! Expectations about the runs of a study, such as `overshoot < 10 %`.
 //!
 //! ```text
 //! overshoot < 10 %             of each run
@@ -73,7 +73,7 @@ impl Comparison {
         }
     }
 
-    /// Whether a value respects the bound; never true of NaN.
+    /// Whether a value respects the bound; always false for NaN.
     pub fn holds(self, value: f64, bound: f64) -> bool {
         match self {
             Comparison::Less => value < bound,
@@ -93,7 +93,7 @@ impl Comparison {
         }
     }
 
-    /// The value that a run without the figure gets in a percentile: the worst possible one.
+    /// The value that a run without the figure counts as in a percentile: the worst possible one.
     fn worst(self) -> f64 {
         match self {
             Comparison::Less | Comparison::AtMost => f64::INFINITY,
@@ -121,7 +121,7 @@ pub struct Verdict {
     /// For a percentile of samples, the 95 % confidence interval of the true percentile; infinite on a side with too
     /// few runs.
     pub interval: Option<(f64, f64)>,
-    /// Whether only a part of the interval respects the bound.
+    /// Whether only part of the interval respects the bound.
     pub is_undecided: bool,
 }
 

@@ -218,7 +218,7 @@ pub fn tornado(results: &Results, summary: &Summary, figure: usize) -> Result<Op
     bars::tornado(&title, &format!("mean of {}", axis(&of.figure)), middle, &bars, halves)
 }
 
-/// A phrase on the coordinates with which a figure rises and falls.
+/// A phrase about the coordinates with which a figure rises and falls.
 fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> String {
     let name = &of.figure.name;
     if let Some(constant) = constant(of) {
@@ -239,7 +239,7 @@ fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> St
     if text.is_empty() { format!("{name} neither rises nor falls with one setting alone") } else { text }
 }
 
-/// A phrase on the coordinate values at which a figure is best, as the mean of the runs there. `points` are those of
+/// A phrase about the coordinate values at which a figure is best, as the mean of the runs there. `points` are those of
 /// the scatter plot: the values of the first and, if there is one, the second coordinate, and the figure.
 fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &[(f64, f64, f64)]) -> Option<String> {
     let place = |run: u32| {

@@ -1,5 +1,5 @@
-//! A pool of worker processes that make runs in parallel. Rows are delivered in the order of their points, whoever
-//! makes them.
+//! A pool of worker processes that make runs in parallel. Rows are delivered in the order of their points, whichever
+//! worker makes them.
 //!
 //! A worker that crashes, or makes no row within the time limit, is replaced. Its current run is repeated once by a
 //! worker that keeps the output of FMUs; if that fails too, the run's row has the reason, and the other runs continue.
@@ -40,7 +40,7 @@ pub struct Options {
     pub jobs: usize,
     /// The time limit for one run.
     pub limit: Duration,
-    /// Stops the making of runs when it becomes true.
+    /// Stops the pool from making runs when it becomes true.
     pub interrupted: Arc<AtomicBool>,
     /// Whether each run needs new instances; if `None`, the first worker determines it.
     pub renews: Option<bool>,
@@ -147,7 +147,7 @@ impl Pool {
                 experiment.warnings.extend(warning);
                 slots[0].worker = Some(worker);
             }
-            // Unknown. If it was not an interruption, the runs will show why.
+            // Unknown. Unless it was an interruption, the runs will show why.
             Err(_) => starter.renews = true,
         }
         Ok(Pool { experiment, tables, starter, slots, printed: Mutex::default() })
@@ -174,7 +174,7 @@ impl Pool {
         printed.as_ref().map(|(_, text)| text.clone())
     }
 
-    /// Whether the making of runs was interrupted.
+    /// Whether the runs were interrupted.
     pub fn is_interrupted(&self) -> bool {
         self.starter.child.interrupted.load(Ordering::Relaxed)
     }
@@ -256,7 +256,7 @@ impl Pool {
     /// Makes the run of a point with new instances and records it. Returns its figures as well, unless an FMU ended it.
     ///
     /// # Errors
-    /// An FMU refuses or crashes, or the user interrupts.
+    /// An FMU rejects a call or crashes, or the user interrupts.
     pub fn curve(&mut self, point: &[f64], detail: Detail) -> Result<Curve> {
         let slot = &mut self.slots[0];
         let worker = slot.worker(&self.starter)?;

@@ -61,10 +61,10 @@ impl Reading {
         located(source, &self.tables, error)
     }
 
-    /// Its table `[tune]`, for `plcfmu tune-study`.
+    /// The study's table `[tune]`, for `plcfmu tune-study`.
     ///
     /// # Errors
-    /// It has none, or a faulty one; the message has the location.
+    /// The study has no such table, or a faulty one; the message has the location.
     pub fn tune(&self) -> Result<Tune> {
         #[derive(Deserialize)]
         struct Content {
@@ -229,7 +229,7 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
         limits: content.limits.into_iter().map(Spanned::into_inner).collect(),
         main: content.main.map(Spanned::into_inner),
     };
-    // Before the numbers are written as JSON, which has no NaN.
+    // Must happen before the numbers are written as JSON, which has no NaN.
     study.check().map_err(|error| located(reader.source(), &tables, error))?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let description = content.description.map(Spanned::into_inner).unwrap_or_default();
@@ -441,7 +441,7 @@ mod tests {
         assert_eq!((job.study.samples, job.study.sampling), (10, Sampling::Sobol));
     }
 
-    /// The location that an error about a part of a study gets.
+    /// The location for an error about a part of a study.
     fn place(reading: &Reading, keys: &[Key]) -> String {
         let error = Subject::Part(keys.to_vec()).attach(anyhow!("wrong"));
         let text = format!("{:#}", reading.located(error, Path::new("study.toml")));
@@ -460,7 +460,7 @@ mod tests {
             (vec!["tune".into(), "minimize".into()], "study.toml:8:12"),
             (vec!["tune".into(), "constraints".into(), 0.into()], "study.toml:9:16"),
             (vec!["tune".into(), "search".into(), 0.into(), "variable".into()], "study.toml:11:12"),
-            // What the file does not have is in the part around it, or in the loop.
+            // What the file lacks is in the enclosing part, or in the loop.
             (vec!["tune".into(), "front".into()], "study.toml:7:1"),
             (vec!["axes".into(), 0.into()], "study.toml:1:8"),
             (vec!["values".into(), 1.into()], "study.toml:1:8"),
@@ -572,7 +572,7 @@ mod tests {
         let wrong = axis("variable = \"C.A\"\nuniform = { min = nan, max = 1 }");
         assert_eq!(wrong, "study.toml:4:11: axis 1 (C.A): uniform: min = NaN: give a finite number");
         let other = |text: &str| error(&format!("loop = \"loop.toml\"\n{text}"));
-        // JSON, in which workers get their job, has no NaN: here it still is one.
+        // Workers receive their job as JSON, which has no NaN: here the value is still NaN.
         assert_eq!(
             other("[[limits]]\nvariable = \"C.PV\"\nmax = 1\n[[limits]]\nvariable = \"C.LMN\"\nmax = nan"),
             "study.toml:5:1: limits: C.LMN: max is not a finite number: leave it out if there is no such limit"

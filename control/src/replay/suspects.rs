@@ -25,7 +25,7 @@ const MOST_MISSED: usize = 10;
 /// Pairs are tried among this many settings.
 const MOST_PAIRED: usize = 6;
 
-/// Far beyond each limit.
+/// Far beyond any limit.
 const BEYOND: f64 = 1e6;
 
 /// The end of a range without one: any value beyond the other end explains the recording.
@@ -34,7 +34,7 @@ pub(super) const OPEN: f64 = f64::MAX;
 /// A typed value has at most this many digits.
 const FEW: i32 = 4;
 
-/// Two settings that leave more of the error than this part are no explanation.
+/// Two settings that leave more than this fraction of the error do not explain it.
 const GOOD: f64 = 0.05;
 
 /// A value is certain if it is known to within this fraction.
@@ -78,7 +78,7 @@ impl Tried {
         Tried { outcome, changes, rows, is_estimate: false, range: None, confused: Vec::new() }
     }
 
-    /// The same of numbers that were searched for.
+    /// A tried suspect whose numbers were searched for.
     pub(super) fn estimated(outcome: Outcome, changes: Vec<Change>, rows: Vec<usize>) -> Tried {
         Tried { is_estimate: true, ..Tried::new(outcome, changes, rows) }
     }
@@ -511,7 +511,7 @@ pub(super) fn fitting(tried: &[Tried]) -> usize {
     sets.len()
 }
 
-/// The same, with the reason.
+/// The change, with the reason.
 fn because(mut change: Change, reason: Option<Why>) -> Change {
     if let Change::Setting { why, .. } = &mut change {
         *why = reason;
