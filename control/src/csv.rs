@@ -447,7 +447,7 @@ impl<'a> Layout<'a> {
         if self.rows_are == RowsAre::Calls {
             clock::join(&mut columns);
         }
-        // Columns with the names of loops hold text but are not left out, so remarks about them do not apply.
+        // Discarded remarks about columns with the names of loops: these hold text but are not left out.
         let mut names = Vec::new();
         for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
             let is_variable = self.rows_are == RowsAre::Loops && is_variable(&header.name);

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! `Tf` is the time constant of the lag that filters the derivative action, in seconds. [`Controller`] holds these four
-//! numbers; [`Form`] says what the others call them. In the PLC, P, I and D act on the error times GAIN:
+//! numbers; [`Form`] defines what others call them. In the PLC, P, I and D act on the error times GAIN:
 //!
 //! ```text
 //! C(s) = GAIN (1 + 1 / (TI s) + TD s / (1 + TM_LAG s))                                              (2)

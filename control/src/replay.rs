@@ -160,7 +160,7 @@ pub struct Suspect {
     pub since: Option<Since>,
     /// The range of values of the only number among the changes that explain the recording as well.
     pub range: Option<(f64, f64)>,
-    /// Other settings with which it would have another value and explain the recording as well.
+    /// Other settings with which this number would have another value and explain the recording as well.
     pub confused: Vec<String>,
     /// The changed settings with their values in the loop; at the end of the recording, if one changed during it.
     pub values: Values,

@@ -572,7 +572,7 @@ mod tests {
         let wrong = axis("variable = \"C.A\"\nuniform = { min = nan, max = 1 }");
         assert_eq!(wrong, "study.toml:4:11: axis 1 (C.A): uniform: min = NaN: give a finite number");
         let other = |text: &str| error(&format!("loop = \"loop.toml\"\n{text}"));
-        // Workers receive their job as JSON, which has no NaN: here the value is still NaN.
+        // JSON, in which workers get their job, has no NaN: here it still is one.
         assert_eq!(
             other("[[limits]]\nvariable = \"C.PV\"\nmax = 1\n[[limits]]\nvariable = \"C.LMN\"\nmax = nan"),
             "study.toml:5:1: limits: C.LMN: max is not a finite number: leave it out if there is no such limit"

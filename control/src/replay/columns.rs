@@ -1,4 +1,4 @@
-//! The assignment of a recording's columns to variables of the block, with values as the block takes them.
+//! The assignment of a recording's columns to variables of the block, with values in the form the block expects.
 
 use super::change::{Change, Moving};
 use super::instance::{Block, change, typed};
@@ -12,20 +12,20 @@ use modeldescription::digits::{ordinal, short};
 use run::plan::suggestion;
 use std::collections::BTreeSet;
 
-/// Rows this many times farther apart than calls are those of a slower recorder.
+/// If rows are this many times farther apart than calls, the recorder is slower.
 const COARSE: f64 = 1.5;
 
-/// A recording, as far as it belongs to the block.
+/// The part of a recording that concerns the block.
 pub(super) struct Recording {
     /// The number of rows.
     pub(super) rows: usize,
-    /// The time of each in seconds.
+    /// The time of each row in seconds.
     pub(super) times: Vec<f64>,
-    /// The line of the file of each.
+    /// The line of each row in the file.
     pub(super) lines: Vec<usize>,
     /// The most frequent interval between rows in seconds, if the file has times.
     pub(super) spacing: Option<f64>,
-    /// Whether that is so much more than the time between two calls that there must be calls between the rows.
+    /// Whether that interval exceeds the time between two calls by so much that there must be calls between the rows.
     pub(super) is_coarse: bool,
     /// The signals set before the calls.
     pub(super) inputs: Vec<Signal>,
@@ -39,7 +39,7 @@ pub(super) struct Recording {
     pub(super) end: Option<usize>,
     /// The rows between calls, of a recording that is faster than the block.
     pub(super) between: BTreeSet<usize>,
-    /// The settings that have another value in the recording than in the loop, all the time.
+    /// The settings whose value differs from the loop's throughout the recording.
     pub(super) settings: Vec<Change>,
     /// The settings that change during the recording and end with a value other than the loop's.
     pub(super) moving: Vec<Moving>,
@@ -52,7 +52,7 @@ pub(super) struct Signal {
     /// Its name.
     pub(super) name: String,
     pub(super) kind: Kind,
-    /// Its values; those of a TIME in seconds. A missing value of an input is the one before it.
+    /// Its values; those of a TIME in seconds. A missing value of an input repeats the previous one.
     pub(super) values: Vec<f64>,
     pub(super) is_boolean: bool,
     /// Whether it can be set between calls.
@@ -71,7 +71,7 @@ pub(super) struct Signal {
     is_output_column: bool,
 }
 
-/// A manipulated value that is the same in this many rows stands still.
+/// A manipulated value that is the same in this many rows counts as constant.
 const STANDS_STILL: usize = 10;
 
 /// The fraction of an output's largest value that counts as rounding: 16 times the resolution of REAL, since each call
@@ -171,12 +171,12 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Half of the last digit of the outputs that are numbers, of the coarsest one.
+    /// Half of the last digit of the coarsest numeric output.
     pub(super) fn resolution(&self) -> f64 {
         self.outputs.iter().filter(|of| !of.is_boolean).map(Signal::coarsest).fold(0.0, f64::max)
     }
 
-    /// Whether an output differs from that of the row before.
+    /// Whether an output differs from that of the previous row.
     pub(super) fn changes(&self, row: usize) -> bool {
         row > 0 && self.outputs.iter().any(|of| of.values[row] != of.values[row - 1] && !of.values[row].is_nan())
     }
@@ -191,7 +191,7 @@ impl Recording {
         has_rhythm.then(|| (0..self.rows).filter(|row| !is_call(*row)).collect())
     }
 
-    /// Each how many rows the outputs change at most.
+    /// The minimum number of rows between changes of the outputs.
     pub(super) fn rhythm(&self) -> usize {
         let changed: Vec<usize> = (1..self.rows).filter(|row| self.changes(*row)).collect();
         changed.windows(2).map(|pair| pair[1] - pair[0]).fold(0, |a, b| {
@@ -203,7 +203,7 @@ impl Recording {
         })
     }
 
-    /// Whether its process value is neither named as the block's input nor as its output.
+    /// Whether its process value is named neither as the block's input nor as its output.
     pub(super) fn has_unclear_process_value(&self, block: &Block) -> bool {
         let terminal = block.row(block.roles.process_value.as_ref());
         let named = |of: &&Signal| Some(of.row) == terminal && !of.is_output_column;
@@ -376,7 +376,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Refuses a recording that has nothing to compare.
+    /// Rejects a recording that has nothing to compare.
     fn check(&self, block: &Block, csv: &Csv) -> Result<()> {
         let columns: Vec<_> = csv.columns.iter().take(12).map(|column| column.name.as_str()).collect();
         let names = |is_wanted: fn(Role) -> bool| {
@@ -407,7 +407,7 @@ impl Recording {
         let restart =
             block.row(block.roles.restart.as_ref()).and_then(|row| self.inputs.iter().find(|input| input.row == row));
         self.says_restart = restart.is_some_and(|input| input.values[0] == 1.0);
-        // The process value of the recording is a number with a unit, not a word of the periphery.
+        // The process value of the recording is a number with a unit, not a peripheral word.
         if let (Some(terminal), Some((word, switch))) =
             (block.row(block.roles.process_value.as_ref()), block.peripheral())
             && word != terminal
@@ -533,7 +533,7 @@ impl Recording {
     }
 }
 
-/// Whether a running block takes another value.
+/// Whether a running block accepts another value.
 pub(super) fn is_tunable(role: Role) -> bool {
     matches!(role, Role::Input | Role::Parameter)
 }
@@ -584,7 +584,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         };
         let mut candidates = (0..csv.columns.len()).filter(|column| Some(*column) != time);
         let candidate = candidates.find(|column| left.contains(column) && is_called(*column) || is_shown(*column));
-        // A word of the periphery in the file takes precedence over the number.
+        // A peripheral word in the file takes precedence over the number.
         let has_word = *role == roles.process_value
             && block.peripheral().is_some_and(|(word, _)| pairs.iter().any(|(_, other)| *other == word));
         if let Some(column) = candidate.filter(|_| !has_word) {
@@ -637,7 +637,7 @@ fn time_scale(block: &Block, csv: &Csv, pairs: &[(usize, usize)]) -> f64 {
         {
             seconds += (value / own).log10().abs();
             milliseconds += (value / 1000.0 / own).log10().abs();
-            // The type has no fractions of a millisecond.
+            // The type cannot represent fractions of a millisecond.
             if of.values.iter().any(|value| value.fract() != 0.0) {
                 milliseconds += 100.0;
             }

@@ -14,7 +14,7 @@ use blocks::{Kind, Role};
 use modeldescription::Row;
 use std::cell::Cell;
 
-/// The factors of the grid, both ways.
+/// The factors of the grid, in both directions.
 const FACTORS: [f64; 9] = [1.1, 1.25, 1.5, 2.0, 3.0, 4.5, 7.0, 12.0, 30.0];
 /// The grid for a setting that is 0, as fractions of the range of the recorded values.
 const PARTS: [f64; 6] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5];
@@ -22,19 +22,19 @@ const PARTS: [f64; 6] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5];
 const DIVISIONS: usize = 24;
 /// The number of points of a grid where an interval cannot be divided.
 const POINTS: usize = 40;
-/// The points of a grid of two settings, in each of them.
+/// The number of points per setting of a grid of two settings.
 const PAIR_POINTS: i32 = 11;
 /// The ratio of the widths of successive grids of two settings.
 const NARROWER: f64 = 0.4;
-/// The narrowest grid of two settings, as a part of their values.
+/// The narrowest grid of two settings, as a fraction of their values.
 const FINEST: f64 = 1e-3;
-/// The steps of least squares.
+/// The number of least-squares steps.
 const STEPS: usize = 14;
-/// The most digits of a value that is taken for one that a user has typed.
+/// The maximum number of digits of a value that is assumed to have been typed by a user.
 const DIGITS: usize = 6;
-/// Values that differ by less than this part are one value.
+/// Values that differ by less than this fraction count as equal.
 const NEAR: f64 = 0.02;
-/// A setting is without effect if the error changes by less than this fraction.
+/// A setting has no effect if the error changes by less than this fraction.
 const INSENSITIVE: f64 = 1e-9;
 
 /// A search with the first rows of a recording.
@@ -49,7 +49,7 @@ pub(super) struct Search<'a> {
     scales: Vec<f64>,
 }
 
-/// Values of settings that were found.
+/// Estimated values of settings.
 #[derive(Clone)]
 pub(super) struct Found {
     pub(super) variant: Variant,
@@ -135,7 +135,7 @@ impl<'a> Search<'a> {
         Some(variant)
     }
 
-    /// Whether other values do as well as those found: equal outputs stay equal.
+    /// Whether other values fit as well as those found: equal outputs stay equal.
     fn does_as_well(&self, found: &Found, other: &Variant) -> bool {
         if found.error == 0.0 && !self.has_numbers() { self.error(other) == 0.0 } else { self.fits(other) }
     }
@@ -198,7 +198,7 @@ impl<'a> Search<'a> {
         let mut times = Vec::new();
         for of in recording.outputs.iter().filter(|of| of.is_boolean) {
             let runs: Vec<&[f64]> = of.values[..self.rows].chunk_by(|a, b| a == b).collect();
-            // The first and the last one have no beginning and no end.
+            // The first one has no beginning, and the last one no end.
             let inner = runs.get(1..runs.len().saturating_sub(1)).unwrap_or_default();
             for level in [1.0, 0.0] {
                 times.extend(inner.iter().filter(|run| run[0] == level).map(|run| run.len()).min());
@@ -265,7 +265,7 @@ impl<'a> Search<'a> {
         let middle = if self.has_numbers() {
             crate::identify::golden_section(place(low), place(high), DIVISIONS, |place| at(value(place)))
         } else {
-            // The number of pulses is a stair: two grids, the second between two points of the first.
+            // The number of pulses is a step function: two grids, the second between two points of the first.
             let mut interval = (place(low), place(high));
             for _ in 0..2 {
                 let width = (interval.1 - interval.0) / POINTS as f64;
@@ -308,7 +308,7 @@ impl<'a> Search<'a> {
         rows.iter().all(|row| best.variant.values.contains_key(row)).then_some(best)
     }
 
-    /// Least squares over one or two settings, from where they are.
+    /// Least squares over one or two settings, starting from their current values.
     pub(super) fn polished(&self, from: Found, rows: &[usize]) -> Found {
         let mut best = from;
         let mut damping = 1e-3;
@@ -364,7 +364,7 @@ impl<'a> Search<'a> {
         Some((there - own, after.iter().zip(here).map(|(after, here)| after - here).collect()))
     }
 
-    /// The values with the fewest digits that do as well.
+    /// The values with the fewest digits that fit as well.
     pub(super) fn snapped(&self, found: Found, rows: &[usize]) -> Found {
         let enough = found.error * 4.0 + 1e-12;
         let with_digits = |digits: &[usize]| {
@@ -399,12 +399,12 @@ impl<'a> Search<'a> {
         others.iter().filter(|other| **other != row).filter(is_confused).copied().collect()
     }
 
-    /// The variant with another value of a setting, if that does as well.
+    /// The variant with another value of a setting, if that fits as well.
     pub(super) fn doing_as_well(&self, found: &Found, row: usize, value: f64) -> Option<Variant> {
         self.with(&found.variant, row, value).filter(|other| self.does_as_well(found, other))
     }
 
-    /// From where to where the value of a setting does as well.
+    /// The range over which the value of a setting fits as well.
     pub(super) fn range(&self, found: &Found, row: usize) -> (f64, f64) {
         const WIDTHS: [f64; 8] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
         const FAR: [f64; 9] = [2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0, 50.0, 100.0];
@@ -428,12 +428,12 @@ fn square(all: &[f64]) -> f64 {
     all.iter().map(|one| one * one).sum::<f64>() / all.len().max(1) as f64
 }
 
-/// Whether a value is one that the table calls sensible.
+/// Whether the table lists a value as sensible.
 fn is_sensible(of: &Row, value: f64) -> bool {
     of.least().is_none_or(|min| value >= min) && of.greatest().is_none_or(|max| value <= max)
 }
 
-/// The value as the type holds it; a TIME is a millisecond at least.
+/// The value as represented by the type; a TIME is at least one millisecond.
 pub(super) fn held(kind: Kind, value: f64) -> Option<f64> {
     let value = match kind {
         Kind::Time => (value * 1000.0).round() / 1000.0,
