@@ -172,7 +172,7 @@ pub struct Suspect {
     pub fits: bool,
     /// Whether it is certain: no other explanation covers everything, and its values are unambiguous.
     pub is_sure: bool,
-    /// Whether it fits only if the last row, which repeats all outputs, is no call.
+    /// Whether it fits only if the last row, which repeats all outputs, is not a call.
     pub ends_without_call: bool,
 }
 
@@ -500,7 +500,7 @@ fn in_manual(block: &Block, recording: &Recording, times: &[(f64, f64)]) -> Stri
     let output = block.manipulated(recording).map_or("", |output| recording.outputs[output].name.as_str());
     let times: Vec<String> = times.iter().map(|(from, to)| format!("{} s to {} s", short(*from), short(*to))).collect();
     let times = times.join(", ");
-    format!("{output} stands still from {times}: there the controller is taken to be in manual mode.")
+    format!("{output} is constant from {times}: the controller is assumed to be in manual mode there.")
 }
 
 /// An output to draw: all rows, or in each group of rows the one with the largest difference.

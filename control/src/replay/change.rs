@@ -22,7 +22,7 @@ pub enum Change {
     },
     /// The block is called this many times from row to row.
     Calls(usize),
-    /// A row of the recording is no call.
+    /// A row of the recording is not a call.
     LeftOut {
         /// Its line in the file.
         line: usize,

@@ -191,7 +191,7 @@ impl Recording {
         has_rhythm.then(|| (0..self.rows).filter(|row| !is_call(*row)).collect())
     }
 
-    /// The minimum number of rows between changes of the outputs.
+    /// The greatest common divisor of the numbers of rows between changes of the outputs.
     pub(super) fn rhythm(&self) -> usize {
         let changed: Vec<usize> = (1..self.rows).filter(|row| self.changes(*row)).collect();
         changed.windows(2).map(|pair| pair[1] - pair[0]).fold(0, |a, b| {

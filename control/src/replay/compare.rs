@@ -264,7 +264,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// Whether the last row, which repeats all outputs, is no call: as a call it would have others.
+    /// Whether the last row, which repeats all outputs, is not a call: as a call it would have others.
     pub(super) fn ends_without_call(&self, run: &Outcome) -> Result<bool> {
         let Some(end) = self.recording.end else { return Ok(false) };
         let again;

@@ -428,7 +428,7 @@ fn square(all: &[f64]) -> f64 {
     all.iter().map(|one| one * one).sum::<f64>() / all.len().max(1) as f64
 }
 
-/// Whether the table lists a value as sensible.
+/// Whether a value is within the range that the table calls sensible.
 fn is_sensible(of: &Row, value: f64) -> bool {
     of.least().is_none_or(|min| value >= min) && of.greatest().is_none_or(|max| value <= max)
 }

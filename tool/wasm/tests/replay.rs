@@ -222,7 +222,7 @@ fn a_time_in_manual_mode_shows_in_a_manipulated_value_that_stands_still() {
     for (decimals, plant) in [(3, FILE.to_vec()), (6, FILE.to_vec()), (3, with(&[("TI", 50.0)]))] {
         let text = columns(&Plant { values: &plant, decimals, ..Plant::default() }.record(), 4);
         let replayed = run(&request(member("CONT_C", &with(&[("MAN_ON", 0.0)])), text));
-        let said = "LMN stands still from 320 s to 339 s: there the controller is taken to be in manual mode.";
+        let said = "LMN is constant from 320 s to 339 s: the controller is assumed to be in manual mode there.";
         assert!(replayed.remarks.iter().any(|remark| remark == said), "{:?}", replayed.remarks);
         match plant.contains(&("TI", 50.0)) {
             false => assert_eq!(replayed.conclusion, Conclusion::Equal, "{:?}", replayed.suspects),
