@@ -28,7 +28,7 @@ pub struct BodeRequest {
     pub model: Model,
     /// The controller with the settings of the first loop.
     pub controller: Member,
-    /// The settings in which each further loop differs, such as those of a rule.
+    /// The settings in which each additional loop differs, such as those of a rule.
     pub others: Vec<Values>,
 }
 

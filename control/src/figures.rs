@@ -686,7 +686,7 @@ impl<'a> Step<'a> {
             _ => {
                 let highest = self.done.iter().copied().fold(f64::MIN, f64::max);
                 let so_far = (highest * 100.0).max(0.0);
-                Err(format!("the process value has done {so_far:.0} % of the step so far"))
+                Err(format!("the process value has completed {so_far:.0} % of the step so far"))
             }
         }
     }

@@ -43,7 +43,7 @@ const MOST_POINTS: usize = 2000;
 /// The maximum movement of a settled process value in the last fifth of the record, relative to the response.
 const SETTLED: f64 = 0.02;
 
-/// The data to identify a plant from, and how.
+/// The data from which to identify a plant, and the method.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]

@@ -592,7 +592,7 @@ impl Terminal {
         };
         let is_on = |name: &str| controller.value(name) != 0.0;
         let in_use = inputs.iter().find(|name| field(name).is_none_or(|field| field.is_used(is_on)));
-        let name = in_use.or(inputs.first()).context("it has no input of the process value")?;
+        let name = in_use.or(inputs.first()).context("it has no input for the process value")?;
         let switches = match (in_use, field(name)) {
             (None, Some(field)) => field.used_if.first().cloned().unwrap_or_default(),
             _ => Vec::new(),

@@ -91,7 +91,7 @@ impl<B: Cyclic> Component<B> {
         Component::with_events(origin, logging_on, None)
     }
 
-    /// The same, with calls as events or within steps.
+    /// The same component, with calls as events or within steps.
     pub fn with_events(origin: Origin<B>, logging_on: bool, events: Option<Events>) -> Component<B> {
         Component {
             instance: origin.instance().with(events),

@@ -16,7 +16,7 @@ pub trait Host {
     /// Logs a message of a function that returns `Ok` or refuses.
     fn tell(&self, function: &Function, answer: Result<(), Answer>, category: &Category, message: &str);
 
-    /// Logs why a function refuses.
+    /// Logs why a call was refused.
     fn log(&self, function: &Function, refusal: &Refusal) {
         self.tell(function, Err(refusal.answer()), Category::for_answer(refusal.answer()), refusal.reason());
     }

@@ -36,7 +36,7 @@ impl<B: Cyclic> Instance<B> {
         Instance { session: Session::new(block), state: State::Instantiated, experiment: None, events: None }
     }
 
-    /// The same, with calls as events or within steps.
+    /// The same instance, with calls as events or within steps.
     #[must_use]
     pub fn with(self, events: Option<Events>) -> Self {
         Instance { events, ..self }

@@ -118,7 +118,7 @@ pub(crate) unsafe fn get_strings<V: Version, B: Cyclic>(
     Ok(())
 }
 
-/// A text as C has it: it ends before a character 0.
+/// The text as a C string, truncated before its first NUL.
 fn terminated(text: String) -> CString {
     let end = text.find('\0').unwrap_or(text.len());
     CString::new(&text[..end]).unwrap_or_default()

@@ -389,7 +389,7 @@ fn unfit(kind: Type, value: f64) -> anyhow::Error {
             anyhow!("{value:?} is not a whole number from {low} to {high}, as {} has", kind.name())
         }
         None if kind.is_floating() => anyhow!("{value:?} is outside the range of {}", kind.name()),
-        _ => anyhow!("{value:?} is not an integer of 32 bits"),
+        _ => anyhow!("{value:?} is not a 32-bit integer"),
     }
 }
 

@@ -125,7 +125,7 @@ pub mod v3;
 /// The library of an FMU, of either version.
 #[derive(Clone, Debug)]
 pub enum Opened {
-    /// A library of FMI 2.0.
+    /// An FMI 2.0 library.
     V2(Library),
     /// A library of FMI 3.0.
     V3(v3::Library),
@@ -145,7 +145,7 @@ impl Opened {
 }
 
 library! {
-    /// A loaded library of FMI 2.0. Clones share it: it is unloaded with the last of them, and the functions must not
+    /// A loaded FMI 2.0 library. Clones share it: it is unloaded when the last of them is dropped, and the functions must not
     /// be called afterwards.
     ///
     /// FMI requires all 34 functions, but some libraries lack those that they do not support. Functions essential for

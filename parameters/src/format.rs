@@ -21,7 +21,7 @@ pub enum Format {
     Dump,
     /// JSON: an object per loop (`.json`).
     Json,
-    /// A parameter set of SSP (`.ssv`).
+    /// An SSP parameter set (`.ssv`).
     Ssv,
 }
 

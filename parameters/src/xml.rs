@@ -378,7 +378,7 @@ impl Xml {
     }
 }
 
-/// Rejects a text that XML cannot represent.
+/// Rejects a string that XML cannot represent.
 pub(crate) fn check(text: &str) -> Result<(), String> {
     let is_xml = |character: char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
     match text.chars().find(|character| !is_xml(*character)) {

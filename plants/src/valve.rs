@@ -172,7 +172,7 @@ blocks::block! {
             up: Bool = false;
             /// Closes the valve
             ///
-            /// Connect QLMNDN of CONT_S. Together with UP the motor stands still.
+            /// Connect QLMNDN of CONT_S. If UP is also TRUE, the motor stands still.
             down: Bool = false;
             /// Speed of the motor, positive opens; with POS_ON the position asked for
             ///

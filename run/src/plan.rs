@@ -611,7 +611,7 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
         (Type::Float32, Value::Number(value)) if !value.is_finite() || value.abs() <= f64::from(f32::MAX) => Ok(value),
         (Type::Float32, Value::Number(value)) => bail!("it is a Float32, whose range {value:?} exceeds"),
         (Type::Integer, Value::Number(value)) if f64::from(value as i32) == value => Ok(value),
-        (Type::Integer, Value::Number(value)) => bail!("it is Integer, {value:?} is not an integer of 32 bits"),
+        (Type::Integer, Value::Number(value)) => bail!("it is Integer, {value:?} is not a 32-bit integer"),
         (kind, Value::Number(value)) => {
             let whole = (value == value.trunc() && value.abs() <= EXACT as f64).then_some(value as i128);
             let (low, high) = kind.whole().unwrap_or_default();

@@ -26,7 +26,7 @@ pub struct Case {
     pub text: String,
 }
 
-/// Writes a test for each expectation, and one that no run ends with an error. A failure lists the first ten runs that
+/// Writes a test for each expectation, and one that checks that no run ends with an error. A failure lists the first ten runs that
 /// caused it, with their settings.
 ///
 /// # Errors

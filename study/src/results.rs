@@ -21,7 +21,7 @@ pub struct Quantity {
     pub of: Option<(String, Aspect)>,
 }
 
-/// What a figure is of a variable.
+/// What a figure measures about a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aspect {
     /// A value taken over the run.

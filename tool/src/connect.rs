@@ -332,7 +332,7 @@ fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
     }
 }
 
-/// Adds remarks on open ends.
+/// Adds remarks about unconnected inputs.
 fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft) {
     let is_connected = |full: &str| proposal.connections.iter().any(|wire| wire.to == full);
     let mut open: Vec<String> = Vec::new();

@@ -320,9 +320,7 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
     }
     let Some(row) = row else {
         return match variable.kind.as_str() {
-            "Integer" if f64::from(given as i32) != given => {
-                Err(format!("{name} = {given:?}: it is not an integer of 32 bits"))
-            }
+            "Integer" if f64::from(given as i32) != given => Err(format!("{name} = {given:?}: not a 32-bit integer")),
             "Boolean" if given != 0.0 && given != 1.0 => {
                 Err(format!("{name} = {given:?}: it is neither true nor false"))
             }

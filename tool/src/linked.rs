@@ -179,7 +179,7 @@ impl<B: Cyclic> Component for Instance<B> {
         integers.clear();
         integers.extend(values.iter().map(|value| *value as c_int));
         let done = match values.iter().zip(&integers).find(|(value, integer)| f64::from(**integer) != **value) {
-            Some((value, _)) => Err(anyhow!("{value:?} is not an integer of 32 bits")),
+            Some((value, _)) => Err(anyhow!("{value:?} is not a 32-bit integer")),
             None if kind == Type::Integer => self.set(&Function::fmi2SetInteger, references, &integers),
             None => {
                 booleans.clear();

@@ -546,7 +546,7 @@ impl Present {
     fn check_room(&self, more: usize) -> Result<()> {
         let coming: usize = self.ramps.values().map(|ramp| ramp.first + ramp.calls - self.run.steps()).sum();
         if self.record.done.len() + coming + more > MOST_EVENTS {
-            bail!("a run has {MOST_EVENTS} events at most: start again, or make shorter ramps");
+            bail!("a run can have {MOST_EVENTS} events at most: start again, or use shorter ramps");
         }
         Ok(())
     }

@@ -290,7 +290,7 @@ fn a_process_value_that_is_still_on_its_way_has_neither_settled_nor_overshot() {
     let figures = all(&times, &setpoint, &value);
     assert_eq!((figures.get("rise"), figures.get("overshoot"), figures.get("settling")), (None, None, None));
     assert!(
-        figures.all_remarks()[0].starts_with("no rise time: the process value has done 3"),
+        figures.all_remarks()[0].starts_with("no rise time: the process value has completed 3"),
         "{:?}",
         figures.all_remarks()
     );

@@ -1,4 +1,4 @@
-//! The inside of a program, for tools that show it while it runs.
+//! The internals of a program, for tools that show them while it runs.
 
 use crate::{Loaded, Program};
 use scl::Note;

@@ -259,7 +259,7 @@ fn read_names(reader: &mut (impl Read + Seek), end: &End) -> Result<Vec<String>>
         ensure!(seen.insert(name), "{name} occurs twice");
         names.push(name.to_string());
     }
-    ensure!(rest.is_empty(), "its table of contents does not end after the {} entries it announces", end.count);
+    ensure!(rest.is_empty(), "its central directory does not end after the {} entries that it declares", end.count);
     Ok(names)
 }
 
@@ -714,7 +714,7 @@ mod tests {
         let mut none = good.clone();
         none[end + 8] = 0;
         none[end + 10] = 0;
-        assert_eq!(sentence(open(&none)), "its table of contents does not end after the 0 entries it announces");
+        assert_eq!(sentence(open(&none)), "its central directory does not end after the 0 entries that it declares");
         let prefixed: Vec<u8> = b"x".iter().copied().chain(good).collect();
         assert!(sentence(open(&prefixed)).starts_with("its table of contents is not where the archive's end says"));
     }

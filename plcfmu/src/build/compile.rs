@@ -87,7 +87,7 @@ pub fn compile_joined(
     for (platform, linkage) in targets {
         parts.push(compile(workspace, crates, platform, linkage)?);
     }
-    let [(platform, _), _, ..] = targets else { return parts.pop().context("no target is given") };
+    let [(platform, _), _, ..] = targets else { return parts.pop().context("no target was given") };
     let folder = workspace.target.join("platforms").join(platform.folder).join("joined");
     fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let join = |fmu_crate: &FmuCrate| {

@@ -1,4 +1,4 @@
-//! `plcfmu show`: a program as it was understood.
+//! `plcfmu show`: prints a program as it was understood.
 
 use super::print;
 use crate::package::program::Options as Packing;

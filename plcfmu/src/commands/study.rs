@@ -119,7 +119,7 @@ pub fn run(options: &Options) -> Result<()> {
     let expectations = expectations.collect::<Result<Vec<_>>>()?;
     let main = report::main_figure(&reading.job, &figures).map_err(|error| reading.located(error, &options.study))?;
     if let Some(run) = options.curves.iter().find(|run| **run >= count) {
-        bail!("no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
+        bail!("no run {run}: the study has runs 0 to {}", count.saturating_sub(1));
     }
     if let Some(folder) = &options.bundle {
         bundle::write(folder, &reading, count, pool.renews())?;
@@ -209,7 +209,7 @@ fn warn(pool: &Pool, remarks: &[String]) {
 /// Makes the runs of a part.
 fn make_part(pool: &mut Pool, runs: &Range<u64>, part: &Path, fingerprint: &str) -> Result<()> {
     let count = pool.experiment().count();
-    ensure!(runs.end <= count, "the study has the runs 0 to {}, not {}..{}", count - 1, runs.start, runs.end);
+    ensure!(runs.end <= count, "the study has runs 0 to {}, not {}..{}", count - 1, runs.start, runs.end);
     let experiment = pool.experiment().clone();
     let mut rows = Rows::default();
     let point = |run| experiment.point(runs.start + run);

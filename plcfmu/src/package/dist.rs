@@ -174,7 +174,7 @@ fn join_fmus(packed: &[PathBuf], new: &Path) -> Result<()> {
 
 /// The names of the FMUs in each of the folders: all have the same.
 fn names_in_all(folders: &[PathBuf]) -> Result<Vec<String>> {
-    let (first, others) = folders.split_first().context("no folder is named")?;
+    let (first, others) = folders.split_first().context("no folder was named")?;
     let fmus = names(first, ".fmu")?;
     for other in others {
         let there = names(other, ".fmu")?;

@@ -219,7 +219,7 @@ fn interrupted() -> Result<impl Future<Output = ()>> {
 /// Ends when the user interrupts the command.
 #[cfg(windows)]
 fn interrupted() -> Result<impl Future<Output = ()>> {
-    let mut interrupts = tokio::signal::windows::ctrl_c().context("the system does not report Ctrl-C")?;
+    let mut interrupts = tokio::signal::windows::ctrl_c().context("cannot register a handler for Ctrl-C")?;
     Ok(async move {
         interrupts.recv().await;
     })
@@ -361,7 +361,7 @@ struct Presence {
     tab: String,
 }
 
-/// A connection that a page keeps open: when it has ended, so do the engine of the tab and the processes of its FMUs.
+/// A connection that a page keeps open: when it ends, so do the engine of the tab and the processes of its FMUs.
 /// A page that crashes or is killed cannot send a message, but its connection ends all the same.
 ///
 /// It is a WebSocket, as a browser has six connections for other requests, which all tabs share. Neither side sends

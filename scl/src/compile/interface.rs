@@ -169,7 +169,9 @@ pub fn variables(compiler: &Compiler, block: usize, offset: usize) -> Result<Sho
         return Err(format!("{name} has more than {MOST} inputs, outputs and settings"));
     }
     if found.locals == MOST {
-        found.notes.push((format!("{name} has more than {MOST} inner variables: those beyond are not shown"), COPY));
+        found
+            .notes
+            .push((format!("{name} has more than {MOST} internal variables: only the first {MOST} are shown"), COPY));
     }
     Ok(found)
 }
@@ -304,7 +306,9 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
         return Err(format!("the program has more than {MOST} tags"));
     }
     if found.locals == MOST {
-        found.notes.push((format!("the data blocks have more than {MOST} members: those beyond are not shown"), COPY));
+        found
+            .notes
+            .push((format!("the data blocks have more than {MOST} members: only the first {MOST} are shown"), COPY));
     }
     Ok(found)
 }

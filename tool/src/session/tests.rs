@@ -314,7 +314,7 @@ fn a_run_has_a_million_events_at_most() {
     }
     session.ramp("Q.T", 50.0, 49_999.0).unwrap();
     session.send(&values(&[("C.HIGH", 1.0), ("P.POWER", 1.0)])).unwrap();
-    let expected = "a run has 1000000 events at most: start again, or make shorter ramps";
+    let expected = "a run can have 1000000 events at most: start again, or use shorter ramps";
     assert_eq!(error(session.send(&values(&[("C.HIGH", 1.0)]))), expected);
     assert_eq!(error(session.ramp("C.HIGH", 1.0, 0.5)), expected);
     session.run(3).unwrap();

@@ -149,7 +149,7 @@ mod tests {
         let early = refusal(instance.step(0.0, 1.0));
         assert!(early.starts_with("at 0.0 s, step 1.0 s: ") && early.contains("DoStep returned "), "{early}");
         assert!(early.contains("Error: not allowed in state instantiated"), "{early}");
-        assert_eq!(refusal(instance.write(Type::Integer, &[0], &[0.5])), "0.5 is not an integer of 32 bits");
+        assert_eq!(refusal(instance.write(Type::Integer, &[0], &[0.5])), "0.5 is not a 32-bit integer");
         assert!(home.instantiate(name, "").is_err() && home.instantiate(name, "a\0").is_err());
     }
 

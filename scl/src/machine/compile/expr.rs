@@ -95,7 +95,7 @@ impl Compiler<'_> {
             Expr::Texts(binary, a, b) => {
                 let (first, second, capacities, wide) = self.texts(scope, a, b)?;
                 if !binary.compares() {
-                    return Err("texts are only compared".to_string());
+                    return Err("strings can only be compared".to_string());
                 }
                 op(self, scope, &|to| Op::CompareText { op: *binary, to, a: first, b: second, capacities, wide })
             }
