@@ -1,4 +1,4 @@
-//! A loop on one page: its settings, their effects, the events, and the results. HTML that loads nothing.
+//! A one-page report on a loop: its settings, their effects, the events, and the results, as self-contained HTML.
 
 mod metrics;
 mod rules;
@@ -107,19 +107,19 @@ pub struct ReportedReplay {
     pub settings: Vec<Change>,
 }
 
-/// The content of a report.
+/// The contents of a report.
 pub(crate) struct Report<'a> {
     /// The loop with its values.
     pub(crate) of: &'a Loop,
-    /// The values before; may be empty.
+    /// The previous values; may be empty.
     pub(crate) before: &'a [LoopValue],
     /// The run, if there is one.
     pub(crate) record: Option<&'a Record>,
     /// Its result.
     pub(crate) figures: Option<&'a Figures>,
-    /// The runs of the same step with their figures, the earliest first.
+    /// The runs of the same step with their figures, earliest first.
     pub(crate) compared: Vec<(&'a ReportedRun, Figures)>,
-    /// The curves as displayed to the user; by default drawn here.
+    /// The curves as displayed to the user; drawn here by default.
     pub(crate) picture: Option<&'a str>,
     /// The date of the report, as displayed.
     pub(crate) date: Option<&'a str>,
@@ -134,7 +134,7 @@ pub(crate) struct Report<'a> {
 /// The page.
 ///
 /// # Errors
-/// No such block here, or the picture is invalid.
+/// The block is unknown, or the picture is invalid.
 pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
     let fmu = fmu_of(home, &report.of.block)?;
     let description = describe(home, &fmu)?;
@@ -189,14 +189,14 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
     Ok(page)
 }
 
-/// The FMU of the catalogue for this block.
+/// The catalogue's FMU for this block.
 fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
     let is = |name: &str| matches!(home.table(name), Ok(Some(table)) if table.name == block);
     let found = home.entries().into_iter().find(|entry| is(&entry.name));
     if let Some(entry) = found {
         return Ok(entry.name);
     }
-    // It is known by another name, such as that in the PLC project.
+    // It may be known by another name, such as the one in the PLC project.
     let known = home.blocks().into_iter().find(|known| known.is_called(block));
     let known = known.with_context(|| format!("no block {block:?} here"))?;
     let is = |name: &str| matches!(home.table(name), Ok(Some(table)) if table.name == known.name);
@@ -204,7 +204,7 @@ fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
     Ok(found.with_context(|| format!("no FMU of the block {block:?} here"))?.name)
 }
 
-/// Figures and curves of a controller, which is this FMU, with its roles.
+/// Figures and curves of the controller, given as its FMU and the roles of its variables.
 fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str, &Roles)) -> Result<()> {
     metrics::told(page, report, fmu, roles)?;
     faults(page, home, report.record)?;
@@ -231,7 +231,7 @@ fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str,
     Ok(())
 }
 
-/// The time at which a plant of the run stopped, such as a drive that tripped.
+/// When a plant of the run stopped, such as a drive that tripped.
 fn faults(page: &mut String, home: &dyn Home, record: Option<&Record>) -> Result<()> {
     let Some(record) = record else { return Ok(()) };
     for member in record.members() {
@@ -254,7 +254,7 @@ fn faults(page: &mut String, home: &dyn Home, record: Option<&Record>) -> Result
     Ok(())
 }
 
-/// The step and the disturbance of the figures as predicted by the identified plant, beside the measured ones.
+/// The figures for the step and the disturbance as predicted by the identified plant, next to the measured ones.
 fn predicted(
     page: &mut String,
     home: &dyn Home,
@@ -426,7 +426,7 @@ fn plants(page: &mut String, home: &dyn Home, record: &Record) -> Result<()> {
     Ok(())
 }
 
-/// A picture as the source of an image, in which no script runs.
+/// A picture as the `src` of an image, where no script runs.
 fn source(picture: &str) -> Result<String> {
     use base64::Engine;
     use base64::engine::general_purpose::STANDARD;
@@ -470,7 +470,7 @@ fn curves(
         return Ok(None);
     }
     let view = record.view(&View { run: None, variables, from, to, points: POINTS, means: None })?;
-    // The colours of the pages of the FMUs.
+    // The colours used on the FMUs' pages.
     let mut lanes = Vec::new();
     let mut color = |name: &String| {
         let role = roles.signals().iter().position(|role| *role == Some(name));
@@ -489,7 +489,7 @@ fn curves(
         Panel { label: units.into_iter().flatten().next().unwrap_or_default(), curves, ..Panel::default() }
     });
     switches.curves.iter_mut().for_each(|lane| lane.name.push_str(", filled where TRUE"));
-    // A unit that the controller's variables lack is taken from the plant.
+    // If the controller's variables have no unit, use the plant's.
     for (panel, unit) in [(&mut controlled, units[0]), (&mut manipulated, units[1])] {
         if panel.label.is_empty() {
             panel.label = unit.unwrap_or_default().into();
@@ -539,7 +539,7 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
             let set = report.of.settings.iter().find(|setting| setting.name == field.name);
             let value = set.map_or(variable.start, |setting| setting.value);
             let before = report.before.iter().find(|setting| setting.name == field.name).map(|setting| setting.value);
-            // A value that was not given had its start value.
+            // A value that was not given is at its start value.
             let before = before.or_else(|| has_before.then_some(variable.start));
             let reference = before.unwrap_or(variable.start);
             let source = report.record.and_then(|record| record.source_of_own(&field.name));
@@ -594,10 +594,10 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
     Ok(())
 }
 
-/// The unit of a setting: its own, or that of the loop's value to which it refers.
+/// The unit of a setting: its own, or the unit of the loop value that it refers to.
 fn unit_of<'a>(variable: &'a Variable, roles: &Roles, units: [Option<&'a str>; 2]) -> &'a str {
     let is = |role: Option<&String>| role == Some(&variable.name);
-    // A setpoint that is not compared with anything, such as that of a ramp, does not have the unit of the plant.
+    // A setpoint that is not compared with a process value, such as a ramp's, does not have the plant's unit.
     let is_controlled = roles.process_value.is_some()
         && [&roles.setpoint, &roles.process_value].into_iter().any(|role| is(role.as_ref()));
     let is_manipulated = is(roles.manual.as_ref().map(|(_, value)| value))
@@ -612,14 +612,14 @@ fn unit_of<'a>(variable: &'a Variable, roles: &Roles, units: [Option<&'a str>; 2
     own.filter(|unit| *unit != "1").or(of_loop).or(own).unwrap_or_default()
 }
 
-/// A value with three significant digits; with more if a different value would look the same.
+/// A value with three significant digits, or more if another value would otherwise look the same.
 fn brief(value: Value, others: &[Value]) -> String {
     let Value::Number(number) = value else { return shown_alone(value) };
     let is_alike = |other: &Value| *other != value && three(number_of(*other)) == three(number);
     if others.iter().any(is_alike) { short(number) } else { three(number) }
 }
 
-/// A value as its PLC type shows it.
+/// A value formatted according to its PLC type.
 fn shown(variable: &Variable, value: Value) -> String {
     match (variable.kind.as_str(), value) {
         ("BOOL" | "Boolean", value) => if number_of(value) == 0.0 { "FALSE" } else { "TRUE" }.into(),
@@ -637,7 +637,7 @@ fn shown_alone(value: Value) -> String {
     }
 }
 
-/// The words for how a value was set.
+/// The wording for how a value was set.
 fn told(act: Act) -> &'static str {
     match act {
         Act::Set => "",

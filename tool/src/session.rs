@@ -1,7 +1,7 @@
-//! The running loop, which is set, stepped and recorded while a user works with it, and earlier runs.
+//! The running loop, which a user sets, steps and records interactively, and the earlier runs.
 //!
-//! A run has the same bits as `plcfmu run` of its [`Setup`] with its [`Done`] events: settings take effect before the
-//! next call, as those in a description do.
+//! A run is bit-identical to `plcfmu run` with its [`Setup`] and its [`Done`] events: settings take effect before the
+//! next call, like those in a description.
 
 mod force;
 mod script;
@@ -35,7 +35,7 @@ pub const MOST_RAMP: usize = 100_000;
 /// The maximum number of events of a run.
 pub const MOST_EVENTS: usize = 1_000_000;
 
-/// The maximum number of calls of a run that is made while a user types.
+/// The maximum number of calls in a trial run made while the user types.
 pub const MOST_TRIED: usize = 20_000;
 
 /// The maximum number of members of a loop.
@@ -47,16 +47,16 @@ const LONGEST_NAME: usize = 200;
 /// The maximum number of recorded variables of a foreign FMU.
 const MOST_RECORDED: usize = 1000;
 
-/// The maximum number of calls of a block in one communication step.
+/// The maximum number of times a block is called in one communication step.
 const MOST_CALLS_OF_STEP: f64 = 1000.0;
 
 /// The number of earlier runs kept.
 const EARLIER: usize = 5;
 
-/// The present run and the earlier ones.
+/// The current run and the earlier ones.
 #[derive(Default)]
 pub struct Session {
-    /// The oldest first.
+    /// Oldest first.
     earlier: VecDeque<Record>,
     present: Option<Present>,
     /// The number of runs so far.
@@ -75,7 +75,7 @@ pub struct Record {
     step: f64,
     /// All recorded variables of all past and present members.
     columns: Vec<Column>,
-    /// The place of each column.
+    /// The index of each column, by name.
     places: HashMap<String, usize>,
     /// The settings, in the order of the calls.
     done: Vec<Done>,
@@ -113,7 +113,7 @@ pub struct Exchanged {
 /// A run that can continue.
 struct Present {
     record: Record,
-    /// The present system: after an exchange, different from that at the start of the record.
+    /// The current system; after an exchange, it differs from the one at the start of the record.
     wired: Wired,
     run: Run<Box<dyn Component>>,
     /// The columns of the plan, as columns of the record.
@@ -206,7 +206,7 @@ impl Record {
         &self.trace
     }
 
-    /// The reason why the run has ended.
+    /// Why the run ended, if it has.
     pub fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
@@ -272,7 +272,7 @@ impl Record {
         })
     }
 
-    /// Adds the plan's new columns; returns the column of each.
+    /// Adds the columns that are new in the plan; returns the record's column for each of the plan's.
     fn admit(&mut self, plan: &Plan) -> Vec<usize> {
         let before = self.columns.len();
         let place = |column: &Column| match self.places.get(&column.name) {
@@ -293,10 +293,10 @@ impl Record {
 }
 
 impl Session {
-    /// Begins a run; the present one is kept as an earlier run.
+    /// Starts a run; the current one is kept as an earlier run.
     ///
     /// # Errors
-    /// A problem in the setup, or an FMU refuses it. The present run then continues.
+    /// The setup is faulty, or an FMU rejects it. The current run then continues.
     pub fn start(&mut self, home: &dyn Home, setup: Setup) -> Result<State> {
         let mut present = Present::begin(home, setup)?;
         present.record.number = self.runs;
@@ -314,7 +314,7 @@ impl Session {
         self.present.as_mut().context("nothing runs: start a loop first")
     }
 
-    /// The state of the present run. Remarks are returned once.
+    /// The state of the current run. Each remark is returned only once.
     ///
     /// # Errors
     /// No run.
@@ -322,7 +322,7 @@ impl Session {
         Ok(self.present()?.state())
     }
 
-    /// A run; by default the present one.
+    /// A run; by default the current one.
     ///
     /// # Errors
     /// No such run, or it is no longer kept.
@@ -339,13 +339,13 @@ impl Session {
     /// Sets variables before the next call.
     ///
     /// # Errors
-    /// An unknown, connected or fixed variable, or a value that it rejects. Nothing is set then.
+    /// A variable is unknown, connected or fixed, or rejects its value. Nothing is set in this case.
     pub fn send(&mut self, values: &Values) -> Result<State> {
         self.present()?.send(values)?;
         self.state()
     }
 
-    /// Moves a variable evenly to a value, with an event before each of the next calls.
+    /// Ramps a variable linearly to a value, with an event before each of the next calls.
     ///
     /// # Errors
     /// As [`Session::send`]; the variable is not a number, or the ramp takes too long.
@@ -357,7 +357,7 @@ impl Session {
     /// Makes calls.
     ///
     /// # Errors
-    /// No call or too many; the run has ended. A failing FMU is not an error: see [`State::failure`].
+    /// Zero or too many calls requested; the run has ended. A failing FMU is not an error: see [`State::failure`].
     pub fn run(&mut self, calls: usize) -> Result<State> {
         Session::check_calls(calls)?;
         self.present()?.run(calls)?;
@@ -374,8 +374,8 @@ impl Session {
     /// Replaces all members but the first, which continues.
     ///
     /// # Errors
-    /// A problem with them; everything then continues as before. If one of them fails during initialization, the run
-    /// has ended and the first member is kept.
+    /// The new members are faulty; everything then continues as before. If one of them fails during initialization, the
+    /// run ends and the first member is kept.
     pub fn exchange(
         &mut self,
         home: &dyn Home,
@@ -386,7 +386,7 @@ impl Session {
         self.state()
     }
 
-    /// Begins again with the setup of a run, and makes the same calls with the same events.
+    /// Restarts with the setup of a run, and repeats its calls with the same events.
     ///
     /// # Errors
     /// No such run; as [`Session::start`].
@@ -399,8 +399,8 @@ impl Session {
         self.play(home, script)
     }
 
-    /// Begins again with the stimuli of a run and the settings in force: the given ones, by `MEMBER.VARIABLE`, else
-    /// those at the end of that run, and the members and connections at its end.
+    /// Restarts with the stimuli of a run and with its settings, members and connections at its end. The given values,
+    /// by `MEMBER.VARIABLE`, override the settings.
     ///
     /// # Errors
     /// No such run; as [`Session::start`].
@@ -410,8 +410,8 @@ impl Session {
         self.play(home, script)
     }
 
-    /// The curves of the present run's test with other settings, by `MEMBER.VARIABLE`. The present run is not affected,
-    /// and the trial run does not enter the list.
+    /// Repeats the test of the current run with other settings, by `MEMBER.VARIABLE`. The current run is not affected,
+    /// and the trial run is not added to the list.
     ///
     /// # Errors
     /// No run, or one of too many calls; as [`Session::same_test`].
@@ -426,10 +426,10 @@ impl Session {
         Ok(beside)
     }
 
-    /// Repeats the calls of the present run up to one of them, without adding a run to the list.
+    /// Repeats the calls of the current run up to the given one, without adding a run to the list.
     ///
     /// # Errors
-    /// The run has no such call, or too many before it.
+    /// The run has no such call, or too many calls precede it.
     pub fn again_up_to(&self, home: &dyn Home, call: usize) -> Result<()> {
         let record = self.record(None)?;
         if call >= record.calls() {
@@ -476,10 +476,10 @@ impl Session {
     }
 }
 
-/// The values of all variables of a member, when alone, before its first call, by their full names.
+/// The values of all variables of a member on its own, before its first call, by their full names.
 ///
 /// # Errors
-/// A problem with its values, or the reason why it refuses them.
+/// A problem with its values, or why the FMU rejects them.
 pub fn start_values(home: &dyn Home, member: &message::Member) -> Result<Values> {
     let members = std::slice::from_ref(member);
     let begin = Begin::Later { start: 0.0, step: 1.0 };
@@ -542,7 +542,7 @@ impl Present {
         }
     }
 
-    /// Refuses more events than allowed.
+    /// Returns an error if this many more events exceed the limit.
     fn check_room(&self, more: usize) -> Result<()> {
         let coming: usize = self.ramps.values().map(|ramp| ramp.first + ramp.calls - self.run.steps()).sum();
         if self.record.done.len() + coming + more > MOST_EVENTS {
@@ -562,7 +562,7 @@ impl Present {
         Ok(())
     }
 
-    /// Sets a variable before the next call. Ends a ramp of it.
+    /// Sets a variable before the next call, and ends any ramp of it.
     fn put(&mut self, member: usize, assignment: Assignment, name: &str) -> Result<()> {
         let (call, column) = (self.run.steps(), self.record.column(name)?);
         self.ramps.remove(&column);
@@ -571,8 +571,8 @@ impl Present {
         Ok(())
     }
 
-    /// Records an event; if two consecutive events of one kind set a variable before the same call, only the later one
-    /// is kept.
+    /// Records an event. If two consecutive events of the same kind set a variable before the same call, only the later
+    /// one is kept.
     fn note(&mut self, call: usize, column: usize, assignment: Assignment, act: Act) {
         let Assignment { kind, value, .. } = assignment;
         let mut last = self.record.done.iter_mut().rev().take_while(|done| done.call == call);
@@ -694,16 +694,16 @@ impl Present {
     }
 }
 
-/// When members begin.
+/// When members start.
 enum Begin {
-    /// With the run, with this communication step.
+    /// At the start of the run, with this communication step.
     New(Option<f64>),
-    /// While it runs.
+    /// During the run.
     Later { start: f64, step: f64 },
 }
 
 impl Wired {
-    /// Checks members and connections, and makes a plan that records everything.
+    /// Checks members and connections, and creates a plan that records everything.
     fn new(
         home: &dyn Home,
         members: &[message::Member],
@@ -767,7 +767,7 @@ impl Wired {
             stop: Some(start + step),
             step: Some(step),
             exchange,
-            // Each step of the tool is a call.
+            // In the tool, each step is a call.
             no_events: true,
             ..System::default()
         };
@@ -794,7 +794,7 @@ impl Wired {
         members.iter().map(|member| self.instance(home, member)).collect()
     }
 
-    /// The assignment to make while the loop runs: the member, and a warning if the value is outside the declared
+    /// The assignment to make while the loop runs, with its member, and a warning if the value is outside the declared
     /// range.
     fn assignment(&self, name: &str, value: Value) -> Result<(usize, Assignment, Option<String>)> {
         let descriptions: Vec<&Description> = self.descriptions.iter().map(|of| &**of).collect();
@@ -815,7 +815,7 @@ impl Wired {
 /// A value converted to the variable's type.
 ///
 /// # Errors
-/// It is of another type, not finite, or outside the range of the PLC's type.
+/// The value has the wrong type, is not finite, or is outside the range of the PLC type.
 fn fitting(table: Option<&Table>, reference: &Reference, name: &str, value: Value) -> Result<f64> {
     let value = plan::value(reference.kind, value).with_context(|| format!("{name} cannot be set"))?;
     if !value.is_finite() {
@@ -828,7 +828,7 @@ fn fitting(table: Option<&Table>, reference: &Reference, name: &str, value: Valu
     Ok(value)
 }
 
-/// A value in the form of a message.
+/// A value as represented in messages.
 fn shown(kind: Type, value: f64) -> Value {
     match kind {
         Type::Boolean => Value::Boolean(value != 0.0),
@@ -856,7 +856,7 @@ fn recorded(description: &Description, most: usize) -> impl Iterator<Item = &str
     all.chain(terminals.chain(others).take(most)).map(|of| of.name.as_str())
 }
 
-/// Refuses ambiguous names of members.
+/// Rejects ambiguous member names.
 fn check_names(members: &[message::Member]) -> Result<()> {
     if members.is_empty() {
         bail!("nothing to run: a loop needs at least one FMU");

@@ -1,12 +1,12 @@
 //! The server of the parameter tool: the page, and an engine for each tab that shows it.
 //!
-//! It serves one user, on a machine that others may use too. It listens only on 127.0.0.1. All addresses begin with a
-//! random token. An address of the page has a code that is valid once: the browser that opens it gets a cookie, which
-//! all further requests need. Code of a foreign FMU runs only for clients that also know a secret contained in the
-//! page. The header `Host` has to name this server, so that a foreign name that resolves to this address does not help;
-//! `Origin`, if present, has to be that of the page; and all changes are POST requests of a type, and with a header,
-//! that a page from elsewhere may send only after a preflight request, which is never granted. A WebSocket needs no
-//! such request, but a browser always names the origin.
+//! It serves one user on a machine that may have other users. It listens only on 127.0.0.1. All URLs begin with a
+//! random token. The URL of the page contains a one-time code: the browser that opens it gets a cookie, which all other
+//! requests require. Code of a foreign FMU runs only for clients that also know a secret contained in the page. The
+//! `Host` header must name this server, so a foreign domain that resolves to this address is rejected; `Origin`, if
+//! present, must be that of the page; and all changes are POST requests with a content type and a header that a page
+//! from another origin may send only after a preflight request, which is never granted. A WebSocket needs no preflight,
+//! but browsers always send its origin.
 
 use crate::tool::connections::{self, Trust};
 use crate::tool::home::{Collection, File, FmuHome};
@@ -44,33 +44,33 @@ use tokio::sync::oneshot;
 use tokio::time::{sleep, timeout};
 use tool::Engine;
 
-/// The longest request to an engine, in bytes: a file of parameters or a recording in Base64.
+/// The maximum size of a request to an engine, in bytes: a parameter file or a recording in Base64.
 const LONGEST_MESSAGE: usize = 64 << 20;
 
-/// The largest FMU, in bytes.
+/// The maximum size of an FMU, in bytes.
 const LARGEST_FMU: usize = 256 << 20;
 
-/// The time limit for the body of a request.
+/// The time limit for receiving the body of a request.
 const BODY: Duration = Duration::from_secs(60);
 
-/// This many tabs have an engine.
+/// The maximum number of tabs with an engine.
 const MOST_TABS: usize = 16;
 
-/// For so many seconds the engine of a tab outlives its connection. Chromium closes the connections of all pages when
-/// the machine goes to sleep; a page that is still there tries once a second to connect again.
+/// How many seconds the engine of a tab outlives its connection. Chromium closes the connections of all pages when the
+/// machine goes to sleep; a page that is still open tries to reconnect once a second.
 const GRACE: usize = 10;
 
-/// RFC 6455: the hash of a WebSocket's key and this tells the browser that its request was understood.
+/// RFC 6455: the hash of a WebSocket's key and this GUID confirms to the browser that its request was understood.
 const WEBSOCKET: &[u8] = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
 
-/// The time limit for the engines to end.
+/// The time limit for the engines to shut down.
 const FAREWELL: Duration = Duration::from_secs(5);
 
-/// The header by which a tab is known, and that by which it knows its engine.
+/// The header that identifies a tab, and the one that identifies its engine.
 const TAB: HeaderName = HeaderName::from_static("x-page");
 const ENGINE: HeaderName = HeaderName::from_static("x-engine");
 
-/// A server that has its port.
+/// A server bound to its port.
 #[derive(Debug)]
 pub struct Server {
     runtime: Runtime,
@@ -82,21 +82,21 @@ pub struct Server {
 /// The credentials that admit a browser.
 #[derive(Debug)]
 struct Access {
-    /// The beginning of the page's address, with the port: `http://127.0.0.1:4711/TOKEN/`.
+    /// The base URL of the page, with the port: `http://127.0.0.1:4711/TOKEN/`.
     base: String,
     /// The first part of all paths.
     token: String,
-    /// The value of the cookie that a browser has got for a code.
+    /// The value of the cookie that a browser gets in exchange for a code.
     cookie: String,
     /// The secret known only to the page.
     secret: String,
-    /// Each lets one browser in.
+    /// The unused codes; each admits one browser.
     codes: Mutex<Vec<String>>,
 }
 
 /// The state shared by all requests.
 struct Shared {
-    /// The header `Host` of a request that means this server.
+    /// The values of the `Host` header that name this server.
     hosts: [String; 2],
     access: Access,
     page: String,
@@ -105,17 +105,17 @@ struct Shared {
     tabs: Mutex<Tabs>,
 }
 
-/// Reads the files named by the command, in their present state.
+/// Reads the files named on the command line, in their current state.
 pub type ReadFiles = dyn Fn() -> Result<Vec<File>> + Send + Sync;
 
-/// The tabs that have an engine.
+/// The tabs with an engine.
 struct Tabs {
     tabs: Vec<Tab>,
-    /// The name of its tab for each connection that is open, or has ended less than [`GRACE`] seconds ago.
+    /// The tab of each connection that is open or was closed less than [`GRACE`] seconds ago.
     present: Vec<String>,
     /// The number of engines started so far.
     engines: usize,
-    /// Each engine has a clone: when they are all gone, the receiver learns it.
+    /// Each engine has a clone: the receiver is notified once all of them are dropped.
     alive: Sender<()>,
 }
 
@@ -125,7 +125,7 @@ struct Tab {
     /// The number of the engine.
     number: usize,
     jobs: Sender<Job>,
-    /// Held by every request that the engine has not answered.
+    /// Held by every request that the engine has not answered yet.
     at_work: Arc<()>,
 }
 
@@ -133,7 +133,7 @@ struct Tab {
 type Job = Box<dyn FnOnce(&mut Engine<FmuHome>, &FmuHome) + Send>;
 
 impl Server {
-    /// Takes a port of this machine, any free one for 0.
+    /// Binds to a port of this machine; 0 selects any free port.
     ///
     /// # Errors
     /// The port is taken or not allowed.
@@ -165,10 +165,10 @@ impl Server {
     }
 
     /// Serves the page, calls `ready`, and runs until the user interrupts it. The engines and the processes of foreign FMUs
-    /// end with it.
+    /// are then stopped as well.
     ///
     /// # Errors
-    /// The system does not report an interruption by the user.
+    /// The system cannot report interruptions by the user.
     pub fn run(self, page: String, collection: Collection, given: Box<ReadFiles>, ready: impl FnOnce()) -> Result<()> {
         let Server { runtime, listener, port, access } = self;
         let (alive, are_over) = mpsc::channel();
@@ -188,8 +188,8 @@ impl Server {
             interrupted.await;
             anyhow::Ok(())
         })?;
-        // No more requests, then no more engines. The command's own handler of the same signal ends the calls of foreign FMUs:
-        // setting its flag here would make it take this signal for the second one.
+        // First stop the requests, then the engines. The command's own handler of the same signal ends the calls of foreign
+        // FMUs: setting its flag here would make it mistake this signal for the second one.
         drop(runtime);
         drop(shared);
         wait(&are_over);
@@ -197,12 +197,12 @@ impl Server {
     }
 }
 
-/// Waits until no engine is left. One whose FMU does not return is left to the end of the process.
+/// Waits until all engines have shut down. One whose FMU does not return ends with the process.
 fn wait(are_over: &Receiver<()>) {
     let _ = are_over.recv_timeout(FAREWELL);
 }
 
-/// Ends when the user interrupts the command or closes its terminal, or the system ends it.
+/// Completes when the user interrupts the command or closes its terminal, or the system terminates it.
 #[cfg(unix)]
 fn interrupted() -> Result<impl Future<Output = ()>> {
     use std::task::Poll;
@@ -219,7 +219,7 @@ fn interrupted() -> Result<impl Future<Output = ()>> {
 /// Ends when the user interrupts the command.
 #[cfg(windows)]
 fn interrupted() -> Result<impl Future<Output = ()>> {
-    let mut interrupts = tokio::signal::windows::ctrl_c().context("cannot register a handler for Ctrl-C")?;
+    let mut interrupts = tokio::signal::windows::ctrl_c().context("the system does not report Ctrl-C")?;
     Ok(async move {
         interrupts.recv().await;
     })
@@ -243,7 +243,7 @@ fn routes(shared: &Arc<Shared>) -> Router {
 /// Admits requests that address this server and come from its own page or have no origin.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
     let mut response = match () {
-        // RFC 9112: a server must not choose one of two.
+        // RFC 9112: a server must reject a request with two.
         () if request.headers().get_all(HOST).iter().count() > 1 => StatusCode::BAD_REQUEST.into_response(),
         () if shared.allows(request.headers()) => next.run(request).await,
         () => StatusCode::FORBIDDEN.into_response(),
@@ -262,7 +262,7 @@ async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
     response
 }
 
-/// Lets pass who has the cookie.
+/// Admits requests with the cookie.
 async fn known_browser(
     State(shared): State<Arc<Shared>>,
     Extension(trust): Extension<Trust>,
@@ -278,7 +278,7 @@ async fn known_browser(
     next.run(request).await
 }
 
-/// The code of an address.
+/// The code in a URL.
 #[derive(Deserialize)]
 struct Code {
     code: String,
@@ -296,11 +296,11 @@ async fn open(State(shared): State<Arc<Shared>>, Query(Code { code }): Query<Cod
         Err(error) => return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}")).into_response(),
     }
     let cookie = format!("plcfmu={cookie}; Path=/{token}/; HttpOnly; SameSite=Strict");
-    // The cookie is not sent where another site leads to, a redirection included. From here on it is.
+    // The cookie is not sent with a navigation from another site, not even after a redirect. From this page, it is.
     ([(SET_COOKIE, cookie)], Html(leading_to(&format!("/{token}/")))).into_response()
 }
 
-/// A document that leads to an address, which has no character that HTML needs escaped.
+/// A document that redirects to a URL, which must not contain characters that need escaping in HTML.
 pub fn leading_to(address: &str) -> String {
     format!(
         "<!DOCTYPE html><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"0; url={address}\">\
@@ -325,7 +325,7 @@ struct Upload {
     file: String,
 }
 
-/// An FMU of the user, which is read and not run.
+/// The user's FMU, which is read but not run.
 async fn upload(
     State(shared): State<Arc<Shared>>,
     Query(Upload { file }): Query<Upload>,
@@ -336,11 +336,11 @@ async fn upload(
     Ok(json(number, answer(inspected)))
 }
 
-/// That the user lets code of an FMU run.
+/// The user's permission to run the code of an FMU.
 #[derive(Deserialize)]
 struct Accept {
     fmu: String,
-    /// A secret that the page knows, but no one who has only seen an address.
+    /// The secret known to the page, but not to anyone who has only seen its URL.
     secret: String,
 }
 
@@ -361,12 +361,11 @@ struct Presence {
     tab: String,
 }
 
-/// A connection that a page keeps open: when it ends, so do the engine of the tab and the processes of its FMUs.
-/// A page that crashes or is killed cannot send a message, but its connection ends all the same.
+/// A connection that a page keeps open: when it ends, so do the engine of the tab and the processes of its FMUs. A page
+/// that crashes or is killed cannot send a message, but its connection still ends.
 ///
-/// It is a WebSocket, as a browser has six connections for other requests, which all tabs share. Neither side sends
-/// anything. The first byte is the browser's message that it closes the WebSocket, or a ping, after which the page
-/// connects again.
+/// It is a WebSocket, because all tabs of a browser share six connections for other requests. Neither side sends any
+/// data. The first byte is the browser's close frame, or a ping, after which the page reconnects.
 async fn presence(
     State(shared): State<Arc<Shared>>,
     Query(Presence { tab }): Query<Presence>,
@@ -381,7 +380,7 @@ async fn presence(
         if let Ok(stream) = upgraded.await {
             let _ = TokioIo::new(stream).read_u8().await;
         }
-        // One by one: where time goes on while the machine sleeps (Windows), only one of them passes.
+        // Second by second: where the clock keeps running while the machine sleeps (Windows), only one of them elapses.
         for _ in 0..GRACE {
             sleep(Duration::from_secs(1)).await;
         }
@@ -394,11 +393,12 @@ async fn presence(
 /// The page's version of the files named by the command.
 #[derive(Deserialize)]
 struct Version {
-    /// A hash of them.
+    /// A hash of the files.
     hash: String,
 }
 
-/// The files that the command has named, if they have changed. One that an editor is just writing cannot be read, and is asked for again.
+/// The files named on the command line, if they have changed. A file that an editor is still writing may be unreadable; the page
+/// then asks again.
 async fn given(State(shared): State<Arc<Shared>>, request: Request) -> Result<Response, Refusal> {
     let (_, body) = text(request).await?;
     let known: Version = serde_json::from_str(&body).map_err(|error| Refusal::bad(error.to_string()))?;
@@ -412,14 +412,14 @@ async fn given(State(shared): State<Arc<Shared>>, request: Request) -> Result<Re
     Ok(([(CONTENT_TYPE, "application/json")], changed).into_response())
 }
 
-/// The headers and the body of a request that must be JSON.
+/// The headers and the body of a request, which must be JSON.
 async fn text(request: Request) -> Result<(HeaderMap, String), Refusal> {
     let (headers, body) = bytes(request, "application/json", LONGEST_MESSAGE).await?;
     let text = String::from_utf8(body.into()).map_err(|_| Refusal::bad("the request is not UTF-8"))?;
     Ok((headers, text))
 }
 
-/// The headers and the body of a request that must have this type and at most `most` bytes. A refused body is not read.
+/// The headers and the body of a request, which must have this type and at most `most` bytes. A rejected body is not read.
 async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, Bytes), Refusal> {
     let (Parts { headers, .. }, body) = request.into_parts();
     if headers.get(CONTENT_TYPE).is_none_or(|given| given.as_bytes() != kind.as_bytes()) {
@@ -434,7 +434,7 @@ async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, 
     if length.is_some_and(|length| length > most as u64) {
         return Err(too_large());
     }
-    // It also fails if the page is gone: then no one reads why.
+    // It also fails if the page is gone, when no one reads the reason.
     let body = timeout(BODY, to_bytes(body, most)).await.map_err(|_| Refusal {
         status: StatusCode::REQUEST_TIMEOUT,
         message: format!("the request did not arrive within {} s", BODY.as_secs()),
@@ -456,7 +456,7 @@ fn json(engine: usize, content: String) -> Response {
         .into_response()
 }
 
-/// The reason why a request is refused.
+/// Why a request is refused.
 struct Refusal {
     status: StatusCode,
     message: String,
@@ -489,7 +489,7 @@ impl Access {
         Ok(Access { base, token, cookie: random()?, secret: random()?, codes })
     }
 
-    /// An address with a new code.
+    /// A URL with a new code.
     fn address(&self) -> Result<String> {
         let code = random()?;
         let address = format!("{}open?code={code}", self.base);
@@ -497,7 +497,7 @@ impl Access {
         Ok(address)
     }
 
-    /// Whether this code is unused. With the last one, an address for another browser is printed.
+    /// Consumes a code; returns whether it was unused. After the last one, a URL for another browser is printed.
     fn use_up(&self, code: &str) -> Result<bool> {
         let (is_good, is_last) = {
             let mut codes = self.codes.lock().unwrap_or_else(PoisonError::into_inner);
@@ -545,11 +545,11 @@ impl Shared {
             let tab = tabs.tab(id, &self.collection)?;
             let is_at_work = tab.at_work.clone();
             let job: Job = Box::new(move |engine, home| {
-                // No one waits for it if the tab has been closed.
+                // If the tab has been closed, no one is waiting for the reply.
                 let _ = reply.send(act(engine, home));
                 drop(is_at_work);
             });
-            // An engine that is gone drops the job without an answer.
+            // If the engine is gone, the job is dropped without an answer.
             let _ = tab.jobs.send(job);
             tab.number
         };
@@ -564,7 +564,7 @@ impl Shared {
     }
 }
 
-/// The name of the tab that asks.
+/// The name of the requesting tab.
 fn tab(headers: &HeaderMap) -> Result<&str, Refusal> {
     let id = headers.get(TAB).and_then(|id| id.to_str().ok()).filter(|id| is_identifier(id));
     id.ok_or_else(|| Refusal::bad("the header X-Page has to name the tab: letters, digits and -, 64 at most"))
@@ -575,7 +575,7 @@ fn is_identifier(id: &str) -> bool {
 }
 
 impl Tabs {
-    /// The tab of this name; a new one has a new engine. The one that has been used last is at the end.
+    /// The tab with this name; a new tab gets a new engine. The most recently used tab is moved to the end.
     fn tab(&mut self, id: &str, collection: &Arc<Collection>) -> Result<&Tab, Refusal> {
         let tab = match self.tabs.iter().position(|tab| tab.id == id) {
             Some(place) => self.tabs.remove(place),
@@ -588,7 +588,7 @@ impl Tabs {
         Ok(&self.tabs[last])
     }
 
-    /// A connection of a tab has ended. With the last one, the tab loses its engine.
+    /// Handles the end of a connection of a tab. With its last connection, the tab loses its engine.
     fn leave(&mut self, id: &str) {
         if let Some(place) = self.present.iter().position(|present| present == id) {
             self.present.swap_remove(place);
@@ -598,7 +598,7 @@ impl Tabs {
         }
     }
 
-    /// A new tab. If there are too many, the one that has been idle for the longest time loses its engine.
+    /// Opens a new tab. If there are too many, the one that has been idle longest loses its engine.
     fn open(&mut self, id: &str, collection: &Arc<Collection>) -> Result<Tab> {
         if self.tabs.len() >= MOST_TABS {
             let idle = self.tabs.iter().position(|tab| Arc::strong_count(&tab.at_work) == 1);
