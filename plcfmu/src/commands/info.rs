@@ -32,16 +32,16 @@ const WIDTH: usize = 100;
 /// The width of the labels before the variables, in characters.
 const LABELS: usize = 14;
 
-/// The narrowest last column, in characters. Below that, lines get longer than [`WIDTH`].
+/// The minimum width of the last column, in characters. If necessary, lines get longer than [`WIDTH`].
 const NARROWEST: usize = 24;
 
-/// The longest description that is printed of a foreign FMU, in characters.
+/// The maximum length of a printed description from a foreign FMU, in characters.
 const LONGEST_TEXT: usize = 1000;
 
 /// Prints what FMUs are.
 ///
 /// # Errors
-/// A file cannot be read; the others have been printed.
+/// A file cannot be read; the others are printed.
 pub fn run(options: &Options) -> Result<()> {
     refuse_folders(&options.files)?;
     let mut objects = Vec::new();
@@ -62,11 +62,11 @@ pub fn run(options: &Options) -> Result<()> {
     if unreadable.is_empty() { Ok(()) } else { bail!(unreadable.join("\n       ")) }
 }
 
-/// All that is printed of an FMU.
+/// Everything that is printed about an FMU.
 #[derive(Debug)]
 struct Fmu {
     description: Description,
-    /// For a preset: its original, or the problem with its start values.
+    /// For a preset: its origin, or the problem with its start values.
     preset: Option<Result<Start>>,
     libraries: Vec<Library>,
 }
@@ -85,7 +85,7 @@ struct Library {
 fn read(file: &Path) -> Result<Fmu> {
     let mut package = Package::open(file)?;
     let libraries = libraries(&mut package)?;
-    // Other tools may have a file of this name.
+    // FMUs of other tools may contain a file with this name.
     let is_ours = libraries.iter().any(|library| library.binary.as_ref().is_ok_and(|binary| binary.has_table));
     let preset = if is_ours { preset::start(&mut package).transpose() } else { None };
     // An array in one line.
@@ -120,7 +120,7 @@ fn preset_json(preset: &Result<Start>) -> Value {
 /// A capability of an FMU: the attribute's name in FMI, whether it is set, and its meaning.
 type Capability = (&'static str, bool, &'static str);
 
-/// The capability that is a number.
+/// The only capability that is a number.
 const OUTPUT_DERIVATIVES: &str = "maxOutputDerivativeOrder";
 
 /// The meaning of the flags of both kinds of FMU.
@@ -135,7 +135,7 @@ const MEANINGS: [(&str, &str); 20] = [
     ("canGetAndSetFMUstate", "its state can be saved and restored"),
     ("canSerializeFMUstate", "a saved state can be stored as bytes"),
     ("providesDirectionalDerivative", "provides partial derivatives"),
-    // Those of FMI 3.0.
+    // Flags of FMI 3.0.
     ("hasEventMode", "has Event Mode: a call and what it answers are at one instant"),
     ("mightReturnEarlyFromDoStep", "may end a step at an event"),
     ("canGetAndSetFMUState", "its state can be saved and restored"),
@@ -148,7 +148,7 @@ const MEANINGS: [(&str, &str); 20] = [
     ("providesEvaluateDiscreteStates", "computes discrete states without taking them over"),
 ];
 
-/// The flags among the capabilities.
+/// The capabilities that are flags.
 fn flags(support: &Support) -> Vec<Capability> {
     let flag = |(name, value): &(&'static str, String)| {
         let (_, meaning) = MEANINGS.iter().find(|(flag, _)| flag == name)?;
@@ -157,25 +157,25 @@ fn flags(support: &Support) -> Vec<Capability> {
     support.capabilities.iter().filter_map(flag).collect()
 }
 
-/// The highest order of derivatives that outputs have.
+/// The highest order of the output derivatives.
 fn output_derivatives(support: &Support) -> u32 {
     let mut capabilities = support.capabilities.iter();
     let order = capabilities.find(|(name, _)| *name == OUTPUT_DERIVATIVES);
     order.and_then(|(_, order)| order.parse().ok()).unwrap_or(0)
 }
 
-/// A number for people.
+/// A number in human-readable form.
 fn number_text(number: f64) -> String {
     let text = format!("{number:?}");
     text.strip_suffix(".0").unwrap_or(&text).to_string()
 }
 
-/// A value of a variable for people.
+/// A variable's value in human-readable form.
 fn value_text(variable: &Variable, value: f64) -> String {
     if variable.kind == Some(Type::Boolean) { Type::Boolean.text(value) } else { number_text(value) }
 }
 
-/// A value of a variable for scripts. JSON has no infinite numbers: they become text.
+/// A variable's value as JSON. JSON has no infinite numbers: they become strings.
 fn value_json(variable: &Variable, value: f64) -> Value {
     match variable.kind {
         Some(Type::Boolean) => json!(value != 0.0),
@@ -185,13 +185,13 @@ fn value_json(variable: &Variable, value: f64) -> Value {
     }
 }
 
-/// A whole number of at most 64 bits for scripts.
+/// An integer of at most 64 bits as JSON.
 fn whole_json(whole: i128) -> Value {
     i64::try_from(whole).map_or_else(|_| json!(u64::try_from(whole).unwrap_or(u64::MAX)), |whole| json!(whole))
 }
 
 impl Fmu {
-    /// For scripts: everything, with FMI's names.
+    /// The JSON output: everything, under FMI's names.
     fn json(&self, file: &Path) -> Value {
         let description = &self.description;
         let mut capabilities = Map::new();
@@ -242,7 +242,7 @@ impl Fmu {
         })
     }
 
-    /// For people: a head of two columns, and a table of the variables.
+    /// The text output: a two-column header, and a table of the variables.
     fn text(&self) -> String {
         let description = &self.description;
         let optional =
@@ -319,7 +319,7 @@ impl Library {
     }
 }
 
-/// The capabilities that an FMU has, a line each.
+/// The capabilities of an FMU, one per line.
 fn capabilities(description: &Description) -> Vec<String> {
     let mut all = Vec::new();
     for capability in description.co_simulation.iter().chain(&description.model_exchange).flat_map(flags) {
@@ -339,7 +339,7 @@ fn capabilities(description: &Description) -> Vec<String> {
     lines
 }
 
-/// The simulation that is proposed, in one line.
+/// The suggested simulation settings, in one line.
 fn experiment(experiment: &DefaultExperiment) -> Option<String> {
     let fields = [
         ("start", experiment.start_time, " s"),
@@ -391,7 +391,7 @@ fn variable_json(variable: &Variable) -> Value {
     all
 }
 
-/// The type, with the sizes of an array.
+/// The type, with the dimensions of an array.
 fn type_text(variable: &Variable) -> String {
     let sizes: Vec<String> = variable.dimensions.iter().map(u64::to_string).collect();
     if sizes.is_empty() {
@@ -401,7 +401,7 @@ fn type_text(variable: &Variable) -> String {
     }
 }
 
-/// The variables, a line each.
+/// The variables, one per line.
 fn table(description: &Description) -> String {
     let head = ["Name", "Causality", "Variability", "Type", "Unit", "Range", "Start", "Description"];
     let mut rows = vec![head.map(str::to_string)];
@@ -434,11 +434,11 @@ fn table(description: &Description) -> String {
     format!("\n  {} variables\n\n{lines}", description.variables.len())
 }
 
-/// A row with its cells below one another's; the last cell is wrapped. `widths` are those of all others.
+/// A row with aligned cells; the last one is wrapped. `widths` are those of all other columns.
 fn columns(cells: &[String], widths: &[usize]) -> String {
     let mut line = String::from(" ");
     for (cell, width) in cells.iter().zip(widths) {
-        // An empty column needs no place.
+        // An empty column takes no space.
         if *width > 0 {
             line.push_str(&format!(" {cell:width$} "));
         }
@@ -455,7 +455,7 @@ fn columns(cells: &[String], widths: &[usize]) -> String {
     text
 }
 
-/// A text in lines of at most `width` characters, broken between words. A longer word gets a line of its own.
+/// Wraps text between words into lines of at most `width` characters. A longer word gets its own line.
 fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {

@@ -1,5 +1,5 @@
-//! Checks an FMU's file: how it is packed, its model description and its libraries; and, on request, the library of this
-//! machine at work. Nothing is printed here.
+//! Checks an FMU file: its packaging, its model description and its libraries; on request, also runs the library for
+//! this machine. Nothing is printed here.
 
 use crate::build::compile::GLIBC;
 use crate::build::platform;
@@ -26,26 +26,26 @@ pub const STEPS: u32 = 10;
 /// A GUID that no FMU has.
 const NO_GUID: &str = "{00000000-0000-0000-0000-000000000000}";
 
-/// Start values in a text may have fewer digits than in the code: they differ by this part of the value at most.
+/// Start values written as text may have fewer digits than in the code: the maximum relative difference.
 const ROUNDED: f64 = 1e-6;
 
-/// The largest build description, in bytes.
+/// The maximum size of a build description, in bytes.
 const LARGEST_BUILD_DESCRIPTION: u64 = 1 << 20;
 
 /// The results of a check.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
-    /// The libraries that can be read, with their exports and requirements.
+    /// The readable libraries, with their exports and requirements.
     pub libraries: Vec<(LibraryFile, Binary)>,
-    /// Problems that keep a host from using the FMU, a sentence each. An FMU without any is correct.
+    /// Problems that keep a host from using the FMU, one sentence each. An FMU without any is correct.
     pub errors: Vec<String>,
-    /// Departures from the standard that no host minds, a sentence each.
+    /// Deviations from the standard that hosts tolerate, one sentence each.
     pub departures: Vec<String>,
-    /// Features that may mislead a host or its user, a sentence each.
+    /// Features that may mislead a host or its user, one sentence each.
     pub remarks: Vec<String>,
 }
 
-/// Reads all of an FMU and checks it. None of its code runs.
+/// Reads an entire FMU and checks it. None of its code is run.
 pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
     let preset = preset::start(package);
     let found = package.xml.check(matches!(preset, Ok(Some(_))));
@@ -53,7 +53,7 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
         |findings: Vec<String>| findings.into_iter().map(|finding| format!("{DESCRIPTION}: {finding}")).collect();
     let (errors, departures) = (named(found.forbidden), named(found.departures));
     let mut report = Report { errors, departures, remarks: found.odd, ..Report::default() };
-    // Whoever runs it unpacks it.
+    // Running an FMU requires unpacking all of it.
     report.errors.extend(package.archive.verify().err().map(|error| format!("{error:#}")));
     for name in package.xml.sources() {
         let path = format!("sources/{name}");
@@ -73,7 +73,7 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
     report
 }
 
-/// Checks the description of FMI 3.0 for compiling the sources.
+/// Checks the FMI 3.0 build description, which says how to compile the sources.
 fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
     if !package.description.is_fmi_3() {
         return;
@@ -120,12 +120,12 @@ fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
     }
 }
 
-/// The functions that a library has to export.
+/// The functions that a library must export.
 fn functions(description: &Description) -> &'static [&'static str] {
     if description.is_fmi_3() { library::v3::FUNCTIONS } else { FUNCTIONS }
 }
 
-/// The libraries that hosts do not find, if they find none.
+/// If hosts find no library: the files that look like libraries but have the wrong name.
 fn misnamed<R: Read + Seek>(package: &Package<R>) -> Vec<String> {
     let Some(identifier) = package.description.model_identifier().filter(|_| package.libraries.is_empty()) else {
         return Vec::new();
@@ -138,7 +138,7 @@ fn misnamed<R: Read + Seek>(package: &Package<R>) -> Vec<String> {
     names.map(|path| format!("{path}: it is not named {}, as hosts look for it", shortened(identifier))).collect()
 }
 
-/// Reads a library and checks that it belongs to the model description.
+/// Reads a library and checks that it matches the model description.
 fn check_library<R: Read + Seek>(
     package: &mut Package<R>,
     file: &LibraryFile,
@@ -146,7 +146,7 @@ fn check_library<R: Read + Seek>(
 ) -> Result<Binary> {
     let bytes = package.library(file)?;
     let binary = Binary::read(&bytes)?;
-    // FMI 2.0 does not define the contents of folders that it does not name.
+    // FMI 2.0 only defines the contents of the folders that it names.
     if let Some((_, suffix)) = platform::system(&file.platform) {
         is_for(&binary, &file.platform)?;
         ensure!(file.path.ends_with(suffix), "hosts look for a library whose name ends with {suffix} there");
@@ -157,13 +157,13 @@ fn check_library<R: Read + Seek>(
         bail!("it does not export {missing}");
     }
     let guid = &package.description.guid;
-    // A library with a table holds its GUID as text. Others may compute theirs.
+    // A library with a table contains its GUID as text. Others may compute theirs.
     if !binary.has_table {
         return Ok(binary);
     }
     let path = preset::path();
     match preset {
-        // The GUID of nothing is in every library.
+        // Every library contains the null GUID.
         Ok(None) if guid != NO_GUID && contains(&bytes, guid.as_bytes()) => Ok(binary),
         Ok(Some(start)) if contains(&bytes, start.library.as_bytes()) => Ok(binary),
         Ok(Some(start)) => {
@@ -187,12 +187,12 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
     !part.is_empty() && memmem::find(bytes, part).is_some()
 }
 
-/// Whether a library is one for this folder, which FMI names.
+/// Checks that a library is for the platform of this folder, which FMI names.
 fn is_for(binary: &Binary, folder: &str) -> Result<()> {
     let (system, _) = platform::system(folder).with_context(|| format!("FMI has no platform {folder}"))?;
     let processors = platform::architectures(folder);
     let is_known = |own: &String| processors.contains(&own.as_str());
-    // A file for both processors of macOS is for each of them.
+    // A universal macOS file is for both processors.
     let is_enough = match system {
         "macOS" if processors.len() == 1 => binary.architectures.iter().any(is_known),
         _ => binary.architectures.iter().all(is_known),
@@ -207,10 +207,10 @@ fn is_for(binary: &Binary, folder: &str) -> Result<()> {
     Ok(())
 }
 
-/// Checks a library to be packed for one of FMI's platforms: it is for this platform, exports exactly FMI's functions,
-/// requires nothing beyond a standard system, and holds the same table as the library that was run.
+/// Checks a library to be packed for an FMI platform: it must be for this platform, export exactly FMI's functions,
+/// require nothing beyond a standard system, and contain the same table as the library that was run.
 ///
-/// `is_native` states that it was linked for this machine's Linux: it may need a newer glibc than [`GLIBC`].
+/// `is_native` means that it was linked for this machine's Linux: it may need a newer glibc than [`GLIBC`].
 ///
 /// # Errors
 /// The problem or the difference.
@@ -222,7 +222,7 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
     if !is_native {
         binary.check_portable(GLIBC)?;
     }
-    // The GUID is computed from all that a host relies on; the texts are not part of it.
+    // The GUID is computed from everything a host relies on, which excludes the texts.
     let guid = &interface.guid;
     ensure!(contains(bytes, guid.as_bytes()), "it does not contain the GUID {guid}: it was built from other sources");
     let table = &interface.table;
@@ -233,8 +233,8 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
     Ok(())
 }
 
-/// Checks an FMU that was just packed, with libraries that [`library()`] has accepted. If it has one for this
-/// machine, that is run.
+/// Checks an FMU that was just packed from libraries that [`library()`] has accepted. If it contains a library for this
+/// machine, it is run.
 ///
 /// # Errors
 /// The problem found.
@@ -251,8 +251,8 @@ pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()>
     Ok(())
 }
 
-/// Loads the library for this machine and runs it: it accepts its own GUID and no other, starts with the values that are declared, makes [`STEPS`] steps, and all its
-/// variables can be read. The FMU is unpacked into a temporary folder below `place`.
+/// Loads the library for this machine and runs it: it must accept only its own GUID, start with the declared values,
+/// make [`STEPS`] steps, and let all its variables be read. The FMU is unpacked into a temporary folder below `place`.
 ///
 /// # Errors
 /// The library is missing, or a call fails.
@@ -289,7 +289,7 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
     run_with_events(&fmu, start, step).context("in Event Mode")
 }
 
-/// Whether a variable is an element of an array other than its first, with which it is read.
+/// Whether a variable is an array element other than the first one, with which the whole array is read.
 fn is_further_element(description: &Description, of: &Variable) -> bool {
     let is_in = |array: &Array| {
         let place = of.value_reference.checked_sub(array.first_reference);
@@ -298,12 +298,12 @@ fn is_further_element(description: &Description, of: &Variable) -> bool {
     description.arrays.iter().any(is_in)
 }
 
-/// The version's name for the text by which a library recognizes its model description.
+/// What the FMI version calls the string by which a library recognizes its model description.
 fn token(description: &Description) -> &'static str {
     if description.is_fmi_3() { "instantiation token" } else { "GUID" }
 }
 
-/// Runs it once more in Event Mode, if it has that: each step ends with an event.
+/// Runs the FMU again in Event Mode, if it supports it: each step ends with an event.
 fn run_with_events(fmu: &Fmu, start: f64, step: f64) -> Result<()> {
     if !has_events(&fmu.description) {
         return Ok(());
@@ -328,8 +328,8 @@ fn run_with_events(fmu: &Fmu, start: f64, step: f64) -> Result<()> {
     instance.terminate()
 }
 
-/// Compares the start values of inputs and parameters, before any is set, with those that are declared. A host may read
-/// them when the initialization is over.
+/// Compares the start values of inputs and parameters, before any is set, with the declared ones. A host may read them
+/// after initialization.
 fn check_starts(description: &Description, instance: &mut Instance) -> Result<()> {
     for variable in &description.variables {
         let (Some(kind), Some(declared)) = (variable.kind, variable.start) else { continue };

@@ -1,8 +1,8 @@
-//! Packs FMUs: builds the libraries of a workspace's FMU crates, reads each block's table out of its library, and writes the
-//! packages. For `plcfmu build` and `cargo xtask fmu`.
+//! Packs FMUs: builds the libraries of a workspace's FMU crates, reads each block's table from its library, and writes
+//! the packages. For `plcfmu build` and `cargo xtask fmu`.
 //!
-//! The table, the documentation and the recorded results come from the library for this machine, which is loaded; those for
-//! other platforms are read only, and must hold the same table.
+//! The table, the documentation and the recorded results come from the library for this machine, which is loaded.
+//! Libraries for other platforms are only read, and must contain the same table.
 
 use crate::build::compile::{GLIBC, Linkage, compile_joined};
 use crate::build::platform::{self, Platform};
@@ -76,14 +76,14 @@ pub const LICENCES: [(&str, &str); 4] = [
     ("NOTICE", include_str!("../../NOTICE")),
 ];
 
-/// An FMU crate, built.
+/// A built FMU crate.
 #[derive(Debug)]
 struct Built {
     fmu_crate: FmuCrate,
-    /// The library that this machine can load.
+    /// The library for this machine, which can be loaded.
     here: PathBuf,
     interface: Interface,
-    /// Its library for each platform, by FMI's name.
+    /// The library for each platform, by the platform's name in FMI.
     libraries: BTreeMap<&'static str, PathBuf>,
 }
 
@@ -91,16 +91,16 @@ struct Built {
 #[derive(Debug)]
 struct Plan {
     host: Platform,
-    /// The build for each of FMI's platforms, that of this machine last.
+    /// The build for each FMI platform, this machine's last.
     built: Vec<(&'static str, Vec<(Platform, Linkage)>)>,
     given: BTreeMap<&'static str, PathBuf>,
-    /// Whether the library for this machine is packed too, or only built for the table.
+    /// Whether the library for this machine is also packed, rather than only built for its table.
     has_host: bool,
     /// Whether the library for this machine is linked against this machine's C library.
     is_host_native: bool,
 }
 
-/// Decides the platforms to build for, and how. Nothing is built or written yet.
+/// Decides which platforms to build for, and how. Nothing is built or written yet.
 fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan> {
     let host = Platform::host(&workspace.root)?;
     let mut given = BTreeMap::new();
@@ -123,7 +123,7 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
         if built.iter().any(|(other, _)| *other == folder) {
             continue;
         }
-        // Without being asked for, the half of a universal file that is for this machine is enough.
+        // Unless requested explicitly, this machine's half of a universal file is enough.
         let is_asked = options.platforms.contains(&folder);
         let platforms = if is_asked { Platform::of_folder(folder, &host) } else { vec![host] };
         let linked = |platform: Platform| {
@@ -139,7 +139,7 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
     if !has_host {
         built.push((host.folder, vec![(host, own.clone())]));
     }
-    // That of this machine last: the others show at once if something is missing.
+    // This machine's build comes last: if something is missing, the others fail early.
     built.sort_by_key(|(folder, _)| *folder == host.folder);
     Ok(Plan { host, built, given, has_host, is_host_native: own == Linkage::Native })
 }
@@ -147,7 +147,7 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
 /// Packs FMUs.
 ///
 /// # Errors
-/// An error with its remedy. FMUs that were packed before are kept.
+/// An error with its remedy. FMUs packed before the error are kept.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     options.version.check()?;
     let crates = select(workspace, options)?;
@@ -195,8 +195,8 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Builds everything and checks every library; with the library of programs for each platform, if it is asked for. Nothing is
-/// packed yet.
+/// Builds everything, including the library of programs for each platform if requested, and checks every library.
+/// Nothing is packed yet.
 fn build(
     workspace: &Workspace,
     options: &Options,
@@ -244,7 +244,7 @@ fn build(
     Ok((all, of_programs))
 }
 
-/// Says which glibc FMUs need that were linked against this machine's.
+/// Reports the glibc version required by FMUs that were linked against this machine's.
 fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
     let mut needed = Vec::new();
     for built in all {
@@ -260,8 +260,8 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
     Ok(())
 }
 
-/// The crates that are asked for: those of `-p` by their exact names, the others in any case and with `-` or `_`. The package of
-/// programs may be named with `-p`, and is not among them.
+/// The requested crates: those of `-p` by their exact names, the others ignoring case and the difference between `-` and
+/// `_`. The package of programs may be named with `-p`, but is not returned.
 ///
 /// # Errors
 /// The crate does not exist.
@@ -299,7 +299,7 @@ fn is_same(a: &str, b: &str) -> bool {
     a.replace('-', "_").eq_ignore_ascii_case(&b.replace('-', "_"))
 }
 
-/// Checks that no two packages make the same file; `made` is each package with its FMU.
+/// Checks that no two packages produce the same file; `made` lists each package with its FMU.
 fn check_names(made: &[(&str, &str)]) -> Result<()> {
     for (place, (package, fmu)) in made.iter().enumerate() {
         if let Some((other, _)) = made[..place].iter().find(|(_, other)| is_same(other, fmu)) {
@@ -315,7 +315,7 @@ fn interface(library: &Path) -> Result<Interface> {
     Ok(Interface::parse(&json)?)
 }
 
-/// Creates the folder, waits for another packer of this workspace, and removes leftovers of an interrupted one.
+/// Creates the folder, waits for any other packer of this workspace, and removes the leftovers of an interrupted one.
 fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
     let own = workspace.fmus();
     let test_only = folder.join("test-only");
@@ -353,7 +353,7 @@ fn pack(workspace: &Workspace, built: &Built, plan: &Plan, version: Version, pat
     Ok(bytes.len())
 }
 
-/// The FMU in C. A law that cannot be read is reported, and the FMU has no C.
+/// The FMU as C source. If its law cannot be read, this is reported, and the FMU contains no C.
 fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Option<String>> {
     let Built { fmu_crate, here, interface, .. } = built;
     if fmu_crate.without_sources {
@@ -372,7 +372,7 @@ fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Opti
     }
 }
 
-/// Everything in an FMU but its C, the file `source`, by its path there.
+/// Everything in an FMU except its C file `source`, by path in the FMU.
 fn files(
     built: &Built,
     xml: &ModelDescription,
@@ -415,12 +415,12 @@ mod tests {
         Workspace { root: root.into(), target: root.join("target"), crates, programs: None }
     }
 
-    /// A folder that there is, in which rustc can be asked.
+    /// An existing folder, in which rustc can be run.
     fn here() -> &'static Path {
         Path::new(env!("CARGO_MANIFEST_DIR"))
     }
 
-    /// The packages that are built for these arguments.
+    /// The packages selected by these arguments.
     fn selected(names: &[&str], packages: &[&str]) -> Result<Vec<String>> {
         let text = |words: &[&str]| words.iter().map(|word| word.to_string()).collect();
         let options = Options { names: text(names), packages: text(packages), ..Options::default() };
@@ -477,7 +477,7 @@ mod tests {
         assert!(error.starts_with("no FMU in /w: ") && error.ends_with("'plcfmu new NAME' makes one"), "{error}");
     }
 
-    /// What is planned for these arguments: what is built, whether the library for this machine is packed.
+    /// The plan for these arguments: what is built, and whether the library for this machine is packed.
     fn planned(platforms: &[&'static str], libraries: &[&str], crates: usize) -> Result<(Vec<&'static str>, bool)> {
         let libraries = libraries.iter().map(|argument| given_library(argument)).collect::<Result<Vec<_>>>()?;
         let options = Options { platforms: platforms.to_vec(), libraries, native: true, ..Options::default() };

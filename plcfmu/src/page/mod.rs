@@ -1,4 +1,4 @@
-//! `documentation/index.html`: everything that a user of the FMU needs to know, in one file.
+//! `documentation/index.html`: everything a user of the FMU needs to know, in one file.
 
 mod markdown;
 
@@ -11,7 +11,7 @@ use draw::{diagram, plot, text};
 use markdown::Sections;
 use modeldescription::{Row, Table};
 
-/// The content of the template. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
+/// The data for the template. `askama` checks templates at compile time, so rendering cannot fail on a user's machine.
 #[derive(Template)]
 #[template(path = "index.html")]
 struct Page<'a> {
@@ -23,18 +23,18 @@ struct Page<'a> {
     /// Whether it is a block diagram.
     has_diagram: bool,
     has_boolean_terminals: bool,
-    /// Whether there are variables of these types, which the page then explains.
+    /// Whether there are variables of these types; the page then explains them.
     has_words: bool,
     has_integers: bool,
     has_singles: bool,
     has_doubles: bool,
-    /// The number of variables that belong to inner blocks; the diagram leaves them out.
+    /// The number of variables of inner blocks, which the diagram omits.
     nested: usize,
     cycle_name: &'a str,
     cycle_start: String,
     /// The variable that holds the mean of the block's pulses.
     mean: Option<&'a str>,
-    /// Sections of the block's documentation, HTML, under the title that they have on the page.
+    /// Sections of the block's documentation as HTML, under their titles on the page.
     before_use: Vec<Section>,
     about_diagram: String,
     sampling: String,
@@ -48,13 +48,13 @@ struct Page<'a> {
     /// Seconds between two calls of the first response.
     response_cycle: f64,
     characteristics: Vec<Drawing>,
-    /// Link and text of the files with the recorded response.
+    /// Link and label of the files with the recorded response.
     recordings: [(String, &'static str); 2],
     groups: Vec<Group<'a>>,
     license: &'a str,
-    /// The name of the file in C.
+    /// The name of the C file.
     source: Option<&'a str>,
-    /// The place for the differences of a preset.
+    /// Where to insert the differences of a preset.
     preset_place: (&'a str, &'a str),
     recording_place: (&'a str, &'a str),
     source_place: (&'a str, &'a str),
@@ -76,11 +76,11 @@ struct Drawing {
     /// SVG.
     plot: String,
     has_dashed_lines: bool,
-    /// Seconds between two calls, where they are not those of the first one.
+    /// Seconds between two calls, if different from those of the first response.
     cycle: Option<f64>,
 }
 
-/// Variables of the same use.
+/// Variables with the same use.
 struct Group<'a> {
     title: &'static str,
     variables: Vec<Variable<'a>>,
@@ -91,17 +91,17 @@ struct Variable<'a> {
     name: &'a str,
     kind: String,
     unit: String,
-    /// The sensible values; empty if the variable declares none.
+    /// The recommended range; empty if the variable declares none.
     range: String,
     start: String,
     description: String,
-    /// HTML; empty without help.
+    /// HTML; empty if there is no help text.
     help: String,
     reference: usize,
 }
 
-/// The page. `license` is that of the block's package, as its `Cargo.toml` has it; `source` the name of the FMU's file in C, if it
-/// has one.
+/// The page. `license` is the licence of the block's package, as given in its `Cargo.toml`; `source` is the name of the
+/// FMU's C file, if it has one.
 ///
 /// # Errors
 /// A drawing, a formula or the page cannot be rendered.
@@ -126,9 +126,9 @@ pub fn html(
     let before_use = take(&[("Purpose", "Purpose"), ("Quick start", "Quick start")])?;
     let mut text =
         |heading| anyhow::Ok(take(&[(heading, heading)])?.pop().map_or(String::new(), |section| section.text));
-    // The text beside the diagram.
+    // The text next to the diagram.
     let (about_diagram, sampling) = (text("Diagram")?, text("Sampling")?);
-    // A documentation without headings is that of the algorithm.
+    // Documentation without headings describes the algorithm.
     let law = take(&[("Algorithm", "Algorithm"), ("", "Algorithm"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
     let colors = crate::colors::assign(table)?;
@@ -184,7 +184,7 @@ pub fn html(
     page.render().context("the documentation page")
 }
 
-/// The help of a variable as HTML, in which the names of other variables are links.
+/// The help text of a variable as HTML, in which the names of other variables are links.
 ///
 /// # Errors
 /// A formula cannot be rendered.
@@ -197,7 +197,7 @@ pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
     markdown::html(&row.help, &others).with_context(|| format!("the help of {}", row.name))
 }
 
-/// The sections of a block's documentation with these titles as HTML, as far as they exist.
+/// Those sections of a block's documentation that have these titles, as HTML.
 ///
 /// # Errors
 /// A formula cannot be rendered.
@@ -259,7 +259,7 @@ fn origins(table: &Table) -> Vec<(&'static str, &'static str)> {
     laws::ORIGINS.into_iter().filter(|(word, _)| is_named(word)).collect()
 }
 
-/// The variables by their use; a use that no variable has is left out.
+/// The variables grouped by use; unused groups are omitted.
 fn groups<'a>(table: &'a Table) -> anyhow::Result<Vec<Group<'a>>> {
     let titles: [(&str, &[Role]); 5] = [
         ("Inputs", &[Role::Input]),
@@ -308,7 +308,7 @@ fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result
         range,
         start: if is_set { text::number(row.kind, row.start()) } else { String::new() },
         description: markdown::shown(description),
-        // Variables of an inner block are explained by that block's own documentation.
+        // Variables of an inner block are explained in that block's own documentation.
         help: if row.name.contains('.') { String::new() } else { help(table, row)? },
         reference,
     })

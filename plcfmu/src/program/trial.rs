@@ -17,13 +17,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
 
-/// A file with cases.
+/// A file with test cases.
 #[derive(Debug)]
 pub struct File {
     source: Source,
     /// How the program is built from its sources.
     pub manifest: Manifest,
-    /// The cases.
+    /// The test cases.
     pub cases: Vec<Case>,
     cycle: i64,
 }
@@ -75,7 +75,7 @@ impl File {
     /// Reads a file.
     ///
     /// # Errors
-    /// It cannot be read, or its problem, with file, line and column.
+    /// It cannot be read, or is faulty; the message has file, line and column.
     pub fn read(path: &Path) -> Result<File> {
         let (shown, bytes) = Source::load(path, Source::LARGEST).map_err(Error::msg)?;
         let source = Source::new(shown, bytes);
@@ -117,7 +117,7 @@ impl File {
         format!("{}:{}", place.file, place.line)
     }
 
-    /// The first call at this time or later.
+    /// The first call at or after this time.
     fn call(&self, time: &str) -> Result<i64> {
         let time = nanoseconds(time)?;
         Ok((time.max(0) + self.cycle - 1) / self.cycle)
@@ -146,7 +146,7 @@ struct Expectation<'a> {
     step: &'a Spanned<Step>,
     first: i64,
     last: i64,
-    /// It must hold once; else in each call.
+    /// It must hold at least once; otherwise in every call.
     is_once: bool,
     values: Vec<(&'a str, Given)>,
 }
@@ -165,10 +165,10 @@ enum Given {
 }
 
 impl Trial {
-    /// A program to be tested.
+    /// Prepares a program for testing.
     ///
     /// # Errors
-    /// It has no block to be run.
+    /// It has no block to run.
     pub fn new(compiled: Compiled) -> Result<Trial> {
         let root = compiled.root.context(
             "no block is run: several blocks are called by no other; choose a function block: fb = \"NAME\"",
@@ -198,10 +198,10 @@ impl Trial {
         }
     }
 
-    /// Runs a case: what failed, if something did.
+    /// Runs a test case; returns what failed, if anything did.
     ///
     /// # Errors
-    /// The case is wrong: a sentence with file and line.
+    /// The test case is invalid: a sentence with file and line.
     pub fn run(&mut self, file: &File, case: &Case) -> Result<Option<String>> {
         self.machine.restart();
         let mut settings: BTreeMap<i64, Vec<Given>> = BTreeMap::new();
@@ -266,7 +266,7 @@ impl Trial {
         Ok((setting, Expectation { step, first, last, is_once: content.within.is_some(), values }))
     }
 
-    /// The deviation from an expectation in a call, if the expectation thereby fails.
+    /// Describes the deviation from an expectation in a call, if it makes the expectation fail.
     fn check(&self, file: &File, call: i64, expectations: &[Expectation], held: &mut [bool]) -> Option<String> {
         for (expectation, held) in expectations.iter().zip(held) {
             if !(expectation.first..=expectation.last).contains(&call) || *held {
@@ -300,13 +300,13 @@ impl Trial {
     }
 }
 
-/// A time for a message.
+/// A time, formatted for a message.
 fn time(nanoseconds: i64) -> String {
     format!("{} s", nanoseconds as f64 / 1e9)
 }
 
 impl Slot {
-    /// A value of a case as one of this variable.
+    /// A value of a test case, converted for this variable.
     fn given(self, name: &str, given: &toml::Value) -> Result<Given> {
         match (self, given) {
             (Slot::Number(offset, of), given) => Ok(Given::Number(offset, value(name, given, of)?)),
@@ -321,7 +321,7 @@ impl Slot {
     }
 }
 
-/// A value of a case as a number of the program.
+/// A value of a test case, as the program's value.
 fn value(name: &str, given: &toml::Value, of: Scalar) -> Result<Value> {
     let wrong = || anyhow!("{given} is not a value of {name}, which is {of}");
     let number = |number: f64| match of {
@@ -369,12 +369,12 @@ impl Coverage {
         self.lines.len()
     }
 
-    /// The number of them that were executed.
+    /// The number of these lines that were executed.
     pub fn run(&self) -> usize {
         self.lines.values().filter(|is_run| **is_run).count()
     }
 
-    /// The sources of the program as a page: lines that were run, and lines that were not.
+    /// A page with the sources of the program that distinguishes executed lines from those that were not.
     pub fn page(&self, sources: &[Source]) -> String {
         let mut page = String::from(
             "<!doctype html>\n<meta charset=\"utf-8\">\n<title>Coverage</title>\n\

@@ -1,9 +1,9 @@
-//! The page of the parameter tool as one HTML file, which loads nothing: `web/index.html` with everything that it names.
+//! The page of the parameter tool as one self-contained HTML file: `web/index.html` with everything that it refers to.
 //!
-//! Modules import each other as `tool/NAME.js`. The page contains them as one packed script, in which each is a block
-//! after those that it imports: a browser that loads them one by one needs a second for it on a slow machine.
-//! `web/boot.js` turns the script into a URL of the page, so that it works from a file. A content security policy
-//! allows only that script and scripts created by it.
+//! Modules import each other as `tool/NAME.js`. The page contains them as one packed script, where each module is a
+//! block that follows those it imports: on a slow machine, a browser takes a second to load them one by one.
+//! `web/boot.js` turns the script into a blob URL, so that the page also works from a file. A content security policy
+//! allows only that script and the scripts it creates.
 
 use anyhow::{Context, Result, bail, ensure};
 use base64::Engine as _;
@@ -18,10 +18,10 @@ use std::io::Write;
 use std::num::NonZeroU64;
 use std::path::Path;
 
-/// The files of `web`: path and text.
+/// The files of `web`, as path and text.
 pub type Sources = BTreeMap<String, String>;
 
-/// Those that this program was built with.
+/// The files that this program was built with.
 const EMBEDDED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/web.rs"));
 
 /// The colours of curves, which the page shares with all charts.
@@ -30,14 +30,14 @@ const PALETTE: (&str, &str) = ("palette.css", draw::palette::STYLE);
 /// The number of digits that a character of packed data can represent.
 const BASE: usize = 93;
 
-/// The element with the program of the page, which has most of its bytes.
+/// The element with the WebAssembly of the page, which makes up most of its size.
 const ENGINE: &str = "engine";
 
-/// The number of bits of the preceding byte that predict the next one in a [`compact`] text; `boot.js` uses the same
+/// The number of bits of the preceding byte that predict the next one in [`compact`] data; `boot.js` uses the same
 /// number.
 const CONTEXT: u32 = 4;
 
-/// The number of passes of the compressor over the data: more gain less than a hundredth of a percent.
+/// The number of compressor passes over the data: more would gain less than 0.01 %.
 const ITERATIONS: u64 = 5;
 
 /// The location of the page's engine.
@@ -45,21 +45,21 @@ const ITERATIONS: u64 = 5;
 pub enum Home {
     /// In the page itself, as WebAssembly.
     Page,
-    /// In the server that the page comes from.
+    /// In the server that delivers the page.
     Server,
 }
 
-/// The content of the page.
+/// The contents of the page.
 #[derive(Clone, Debug)]
 pub struct Content<'a> {
     /// The engine that it uses.
     pub home: Home,
-    /// The content of the elements `<script type="text/plain" id="...">` by their id: `assets`, `engine` (WebAssembly). Packed, and
-    /// written in base 93. An element that is not named stays empty.
+    /// The contents of the elements `<script type="text/plain" id="...">` by id: `assets`, `engine` (WebAssembly). They
+    /// are packed and written in base 93. Elements that are not listed stay empty.
     pub data: &'a [(&'a str, &'a [u8])],
 }
 
-/// The files of `web` that this program was built with.
+/// Returns the files of `web` that this program was built with.
 pub fn embedded() -> Sources {
     EMBEDDED.iter().chain([&PALETTE]).map(|(path, text)| (path.to_string(), text.to_string())).collect()
 }
@@ -84,7 +84,7 @@ pub fn read(folder: &Path) -> Result<Sources> {
     Ok(sources)
 }
 
-/// Whether a file is part of the page. `build.rs` has the same rule.
+/// Whether a file is part of the page. `build.rs` uses the same rule.
 fn is_source(name: &str) -> bool {
     [".html", ".css", ".js"].iter().any(|end| name.ends_with(end)) || name == "LICENSE"
 }
@@ -92,7 +92,7 @@ fn is_source(name: &str) -> bool {
 /// The page.
 ///
 /// # Errors
-/// A file that the page names is missing, or cannot be part of an HTML file.
+/// A file that the page refers to is missing, or cannot be embedded in HTML.
 pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
     let html = source(sources, "index.html")?;
     let mut page = Page { html: html.clone(), scripts: Vec::new() };
@@ -129,12 +129,12 @@ pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
 
 struct Page {
     html: String,
-    /// The scripts that are written in the page, for its policy.
+    /// The inline scripts of the page, for its policy.
     scripts: Vec<String>,
 }
 
 impl Page {
-    /// Replaces each element that names a file by the result for that file.
+    /// Replaces each element that refers to a file with the result for that file.
     fn embed(
         &mut self,
         begin: &str,
@@ -154,7 +154,7 @@ impl Page {
         Ok(())
     }
 
-    /// Replaces text that occurs once in the page.
+    /// Replaces text that occurs exactly once in the page.
     fn replace(&mut self, from: &str, to: &str) -> Result<()> {
         let count = self.html.matches(from).count();
         ensure!(count == 1, "index.html has {from} {count} times: write it once");
@@ -167,17 +167,16 @@ fn source<'a>(sources: &'a Sources, file: &str) -> Result<&'a String> {
     sources.get(file).with_context(|| format!("no file {file} for the page"))
 }
 
-/// A style without comments and the blanks around signs that separate.
+/// A stylesheet without comments and without whitespace around separators.
 fn style(sources: &Sources, file: &str) -> Result<String> {
     let text = without_comments(source(sources, file)?);
     let text = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n");
-    // Before a colon a blank has a meaning in selectors.
+    // In selectors, whitespace before a colon is significant.
     let separators = [(" {", "{"), ("{ ", "{"), (" }", "}"), (": ", ":"), ("; ", ";"), (", ", ",")];
     Ok(separators.iter().fold(text, |text, (from, to)| text.replace(from, to)))
 }
 
-/// The statement that sets the page's style, which is packed with the scripts: this reduces it to a quarter of its
-/// size.
+/// The statement that sets the page's style. Packing the style with the scripts reduces it to a quarter of its size.
 fn styled(style: &str) -> Result<String> {
     let text = serde_json::to_string(style)?;
     Ok(format!("document.head.append(Object.assign(document.createElement(\"style\"), {{ textContent: {text} }}));\n"))
@@ -190,11 +189,11 @@ fn ensure_inside(name: &str, file: &str, text: &str) -> Result<()> {
     Ok(())
 }
 
-/// Names and texts of all modules, each after those that it imports: third-party modules, then the page's own,
+/// Names and texts of all modules, each after those it imports: third-party modules, then the page's own, with
 /// `tool/main.js` last.
 fn modules(sources: &Sources) -> Result<Vec<(String, String)>> {
     let vendor = sources.iter().filter(|(path, _)| path.starts_with("vendor/") && path.ends_with(".js"));
-    // A browser script exports through a global variable, which a module keeps to itself.
+    // A browser script exports through a global variable, which becomes local to the module.
     let global =
         |path: &str| path.rsplit('/').next().and_then(|file| file.split('.').next()).unwrap_or_default().to_string();
     let script = |(path, text): (&String, &String)| {
@@ -226,7 +225,7 @@ fn modules(sources: &Sources) -> Result<Vec<(String, String)>> {
     Ok(modules)
 }
 
-/// The modules as one script: exports of a module are properties of `modules`, from which others take them.
+/// The modules as one script: each module stores its exports in `modules`, where the others find them.
 fn script(modules: &[(String, String)]) -> Result<String> {
     // For tests and for the console: `await moduleOf("tool/store.js")`.
     let mut script = "const modules = {};\nglobalThis.moduleOf = async (name) => modules[name];\n".to_string();
@@ -277,7 +276,7 @@ fn imports(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// A module without pure comment lines and without indentation. Text between backquotes is left unchanged.
+/// A module without comment-only lines and indentation. Template literals are left unchanged.
 fn without_comments(text: &str) -> String {
     let (mut code, mut is_comment, mut is_quoted) = (String::new(), false, false);
     for line in text.lines() {
@@ -299,7 +298,7 @@ fn without_comments(text: &str) -> String {
     code
 }
 
-/// The licences of the page's components, readable in its source.
+/// The licences of the page's components, for readers of its source.
 fn licences(sources: &Sources) -> Result<String> {
     let text = format!(
         "plcfmu: MIT OR Apache-2.0\n\n{}\nuPlot: MIT\n\n{}",
@@ -309,15 +308,15 @@ fn licences(sources: &Sources) -> Result<String> {
     Ok(format!("<script type=\"text/plain\" id=\"licences\">\n{text}</script>\n"))
 }
 
-/// Packed by gzip, in base 93, which has 23 % more characters than there are bytes. The same bytes always yield the
-/// same text.
+/// Packs bytes with gzip and encodes them in base 93, which takes 23 % more characters than there are bytes. The same
+/// bytes always yield the same text.
 ///
 /// # Errors
-/// None that is known: it is written into memory.
+/// None known: the output is written to memory.
 pub fn packed(bytes: &[u8], home: Home) -> Result<String> {
     let mut gzip = Vec::new();
     match home {
-        // Who loads a page waits for each of its bytes; it is made once.
+        // The page is packed once, but everyone who loads it waits for every byte.
         Home::Page => {
             let iteration_count = NonZeroU64::new(ITERATIONS).context("at least one")?;
             let options = zopfli::Options { iteration_count, ..zopfli::Options::default() };
@@ -332,8 +331,8 @@ pub fn packed(bytes: &[u8], home: Home) -> Result<String> {
     Ok(base93(&gzip))
 }
 
-/// Packed by LZMA, a quarter smaller than by gzip: the length in 4 bytes, the low one first, then the stream without a header. A
-/// browser unpacks gzip itself and this by a script of the page, in a worker.
+/// Packs bytes with LZMA, which is a quarter smaller than gzip: the length in 4 bytes, little-endian, then the stream
+/// without a header. Browsers can unpack gzip natively; for LZMA, the page runs a script in a worker.
 ///
 /// # Errors
 /// More than 4 GiB.
@@ -355,8 +354,8 @@ fn compact(bytes: &[u8]) -> Result<Vec<u8>> {
     Ok(writer.finish()?)
 }
 
-/// Two digits for 13 bits, the low digit and the low bits first; for 14 bits where they fit into 93 squared. The digits
-/// are the characters from ! to ~ except <, which is special in a script of HTML.
+/// Encodes 13 bits as two digits, or 14 bits where they fit into 93 squared; low digits and low bits come first. The
+/// digits are the characters from ! to ~ except <, which has a meaning in HTML scripts.
 fn base93(bytes: &[u8]) -> String {
     let digits: Vec<char> = ('!'..='~').filter(|digit| *digit != '<').collect();
     let mut text = String::with_capacity(bytes.len() / 13 * 16 + 16);
@@ -383,7 +382,7 @@ fn base93(bytes: &[u8]) -> String {
     text
 }
 
-/// The content security policy: these scripts, those created by them, and WebAssembly; nothing from elsewhere.
+/// The content security policy: allows these scripts, the scripts they create, and WebAssembly; nothing from elsewhere.
 fn policy(scripts: &[String], home: Home) -> String {
     let hash = |script: &String| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(script)));
     let hashes: Vec<String> = scripts.iter().map(hash).collect();

@@ -164,8 +164,8 @@ impl Server {
         &self.access.secret
     }
 
-    /// Serves the page, calls `ready`, and runs until the user interrupts it. The engines and the processes of foreign FMUs
-    /// are then stopped as well.
+    /// Serves the page, calls `ready`, and runs until the user interrupts it. Then the engines and the processes of
+    /// foreign FMUs are stopped as well.
     ///
     /// # Errors
     /// The system cannot report interruptions by the user.
@@ -188,8 +188,8 @@ impl Server {
             interrupted.await;
             anyhow::Ok(())
         })?;
-        // First stop the requests, then the engines. The command's own handler of the same signal ends the calls of foreign
-        // FMUs: setting its flag here would make it mistake this signal for the second one.
+        // First stop the requests, then the engines. The command's own handler of the same signal ends the calls of
+        // foreign FMUs: setting its flag here would make it mistake this signal for the second one.
         drop(runtime);
         drop(shared);
         wait(&are_over);
@@ -397,8 +397,8 @@ struct Version {
     hash: String,
 }
 
-/// The files named on the command line, if they have changed. A file that an editor is still writing may be unreadable; the page
-/// then asks again.
+/// The files named on the command line, if they have changed. A file that an editor is still writing cannot be read; the
+/// page asks for it again.
 async fn given(State(shared): State<Arc<Shared>>, request: Request) -> Result<Response, Refusal> {
     let (_, body) = text(request).await?;
     let known: Version = serde_json::from_str(&body).map_err(|error| Refusal::bad(error.to_string()))?;
@@ -419,7 +419,8 @@ async fn text(request: Request) -> Result<(HeaderMap, String), Refusal> {
     Ok((headers, text))
 }
 
-/// The headers and the body of a request, which must have this type and at most `most` bytes. A rejected body is not read.
+/// The headers and the body of a request, which must have this type and at most `most` bytes. A rejected body is not
+/// read.
 async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, Bytes), Refusal> {
     let (Parts { headers, .. }, body) = request.into_parts();
     if headers.get(CONTENT_TYPE).is_none_or(|given| given.as_bytes() != kind.as_bytes()) {
