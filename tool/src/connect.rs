@@ -1,7 +1,7 @@
 //! How a controller and a plant are connected: a proposal, with the reason for each connection.
 //!
-//! A known loop of the same two FMUs is used as it stands, unless the controller's settings leave its inputs without
-//! effect. Otherwise the ends are matched by their roles in a loop, then by equal names, then by a unit that only one
+//! A known loop of the same two FMUs is used unchanged, unless the controller's settings leave its inputs without
+//! effect. Otherwise, variables are matched by their roles in a loop, then by equal names, then by a unit that only one
 //! output and one input have.
 
 use crate::describe::describe;
@@ -16,7 +16,7 @@ use std::ops::{Deref, DerefMut};
 /// The maximum number of other connections listed.
 const MOST_OTHERS: usize = 2000;
 
-/// An FMU in the proposal.
+/// One of the two FMUs of the proposal.
 struct End<'a> {
     member: &'a Member,
     description: Description,
@@ -39,13 +39,13 @@ impl<'m> End<'m> {
         self.description.variables.iter().filter(move |of| of.role == role)
     }
 
-    /// The present value of a setting; true is 1.
+    /// The current value of a setting; true is 1.
     fn value(&self, name: &str) -> f64 {
         let start = || self.variable(name).map(|of| of.start);
         self.member.values.get(name).copied().or_else(start).map_or(0.0, number_of)
     }
 
-    /// Whether an input has an effect with the present settings.
+    /// Whether an input has an effect with the current settings.
     fn is_used(&self, name: &str) -> bool {
         let mut fields = self.description.groups.iter().flat_map(|group| &group.fields);
         fields.find(|field| field.name == name).is_none_or(|field| field.is_used(|name| self.value(name) != 0.0))
@@ -56,7 +56,7 @@ impl<'m> End<'m> {
         self.description.roles.driving().filter(|name| self.has_input(name)).collect()
     }
 
-    /// Whether its pulses move an actuator between two stops; without stops, the pulse width is the manipulated value.
+    /// Whether the pulses move an actuator between two stops; without stops, the pulse width is the manipulated value.
     fn has_stops(&self) -> bool {
         self.description.roles.stops().next().is_some()
     }
@@ -80,7 +80,7 @@ fn type_of(variable: &Variable) -> &str {
     }
 }
 
-/// Whether the types and the units of two ends allow a connection.
+/// Whether the types and units of two variables allow a connection.
 fn fits(from: &Variable, to: &Variable) -> bool {
     let types = (type_of(from), type_of(to));
     let is_unit_equal = match (&from.unit, &to.unit) {
@@ -93,7 +93,7 @@ fn fits(from: &Variable, to: &Variable) -> bool {
 /// Proposes connections.
 ///
 /// # Errors
-/// No such FMU, or both have the same name.
+/// An FMU does not exist, or both have the same name.
 pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<Proposal> {
     if controller.name == plant.name {
         bail!("two members are named {}: rename one", plant.name);
@@ -140,12 +140,12 @@ fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
 #[derive(Default)]
 struct Draft {
     proposal: Proposal,
-    /// Ends that belong together but do not fit, and the message if nothing else is connected to the input.
+    /// Variables that belong together but do not fit, and the message if nothing else is connected to the input.
     misfits: Vec<Open>,
 }
 
 impl Draft {
-    /// Whether something goes from this end to the other.
+    /// Whether there is a connection from this FMU to the other.
     fn goes_from(&self, end: &End) -> bool {
         self.connections.iter().any(|wire| own_name(&wire.from, &end.member.name).is_some())
     }
@@ -172,7 +172,7 @@ struct Known {
     plant: usize,
 }
 
-/// The known loop of these two; if there are several, one whose step is its controller's cycle.
+/// The known loop of these two FMUs; if there are several, one whose step is its controller's cycle.
 fn known(home: &dyn Home, controller: &End, plant: &End) -> Option<Known> {
     let is = |end: &End, fmu: &str| end.member.fmu == fmu || end.description.block == fmu;
     let mut all = Vec::new();
@@ -238,17 +238,17 @@ fn take_known(known: &Known, controller: &End, plant: &End, proposal: &mut Draft
     if let (Some(step), Some(cycle)) = (proposal.step, &controller.description.cycle)
         && step == number_or(&known.of.setup.members[known.controller].values, cycle, controller)
     {
-        // A call in each step, even if the controller's cycle has changed.
+        // One call in each step, even if the controller's cycle has changed.
         proposal.step = None;
     }
 }
 
-/// A value of a known loop, else the start value; true is 1.
+/// The value in a known loop, or else the start value; true is 1.
 fn number_or(values: &Values, name: &str, end: &End) -> f64 {
     values.get(name).copied().or_else(|| end.variable(name).map(|of| of.start)).map_or(0.0, number_of)
 }
 
-/// Adds a connection if both ends are there, fit, and the input is free.
+/// Adds a connection if both variables exist and fit, and the input is free.
 fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, proposal: &mut Draft) {
     let (Some(output), Some(input)) = (from.variable(output), to.variable(input)) else { return };
     let full = to.full(&input.name);
@@ -274,7 +274,7 @@ fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, propos
 
 fn by_roles(controller: &End, plant: &End, proposal: &mut Draft) {
     let (own, of_plant) = (&controller.description.roles, &plant.description.roles);
-    // Both would drive the plant twice.
+    // Together, they would drive the plant twice.
     if own.pulses.is_empty() || of_plant.pulses.is_empty() {
         if let (Some(output), Some(input)) = (&own.manipulated_value, &of_plant.manipulated_value) {
             connect(controller, output, plant, input, "both are the manipulated value", proposal);
@@ -312,7 +312,7 @@ fn by_names(controller: &End, plant: &End, proposal: &mut Draft) {
     }
 }
 
-/// If nothing is connected between the two yet: the only output and the only input with the same unit.
+/// If nothing is connected between the two yet, connects the only output and the only input with the same unit.
 fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, to) in [(controller, plant), (plant, controller)] {
         if proposal.goes_from(from) {
@@ -351,7 +351,7 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
     open.sort_unstable();
     open.dedup();
     let nothing = open.into_iter().map(|input| Open { text: format!("nothing is connected to {input}"), input });
-    // Another end of the controller may take the process value, as a peripheral word.
+    // Another input of the controller may take the process value, such as an analog word.
     let from_other = |full: &str| own_name(full, &controller.member.name).is_some() && proposal.goes_from(plant);
     let misfits = proposal.misfits.iter().filter(|Open { input, .. }| !is_connected(input) && !from_other(input));
     proposal.open = misfits.cloned().chain(nothing).collect();

@@ -67,7 +67,7 @@ pub fn describe(home: &dyn Home, fmu: &str) -> Result<Description> {
     })
 }
 
-/// A number as a value of this PLC type.
+/// Converts a number to a value of this PLC type.
 fn shown(kind: Kind, value: f64) -> Value {
     match kind {
         Kind::Bool => Value::Boolean(value != 0.0),
@@ -83,7 +83,7 @@ fn variable(row: &Row, description: &modeldescription::Description, roles: &Role
         role: row.role.name().into(),
         is_tunable: matches!(row.role, Role::Input | Role::Parameter),
         is_stimulus: row.role.is_settable() && roles.is_stimulus(&row.name, row.role == Role::Input),
-        // A preset has other start values than its block.
+        // The start values of a preset differ from those of its block.
         start: shown(row.kind, description.start(&row.name).unwrap_or(row.start())),
         min: row.least(),
         max: row.greatest(),
@@ -133,7 +133,7 @@ fn foreign_groups(description: &modeldescription::Description) -> (Roles, Vec<Gr
 /// Decodes a parameter file in a message.
 ///
 /// # Errors
-/// The content is not Base64 or too long, or the name is not that of a parameter file.
+/// The contents are not Base64 or too long, or the name is not that of a parameter file.
 pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
     if file.content.len() / 4 * 3 > LARGEST {
         bail!("{} is larger than {} MiB: split it", file.file, LARGEST >> 20);
@@ -162,10 +162,10 @@ pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) ->
     Ok(move |name: &str| stimuli.iter().any(|stimulus| stimulus == name))
 }
 
-/// Reads a parameter file. The answer contains its problems.
+/// Reads a parameter file. Problems with it are part of the answer.
 ///
 /// # Errors
-/// The content is not Base64.
+/// The contents are not Base64.
 pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     let refused = |message: String, help: Option<String>| Loops {
         loops: Vec::new(),
@@ -189,7 +189,7 @@ pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     })
 }
 
-/// The problems as messages; a block that the user chose can be chosen again.
+/// The problems as messages. If the user chose the block, it can be chosen again.
 fn problems(problems: Problems, is_chosen: bool) -> Vec<Problem> {
     let problem = |of: parameters::Problem| Problem {
         place: of.place.map(|place| (place.line, place.column)),
@@ -200,7 +200,7 @@ fn problems(problems: Problems, is_chosen: bool) -> Vec<Problem> {
     problems.problems.into_iter().map(problem).collect()
 }
 
-/// A remedy in the words of the page.
+/// A remedy in the page's wording.
 pub fn remedy(remedy: &Remedy) -> String {
     match remedy {
         Remedy::Sentence(text) => text.clone(),
@@ -241,7 +241,7 @@ fn as_message(of: &parameters::Loop) -> Loop {
 /// A loop of a message as one of a parameter file.
 ///
 /// # Errors
-/// A block that the catalogue does not have, a setting that the block does not have, a value that its type does not hold.
+/// The catalogue has no such block, the block has no such setting, or a value does not fit the setting's type.
 pub fn as_loop(home: &dyn Home, of: &Loop) -> Result<parameters::Loop> {
     let block = home.blocks().into_iter().find(|block| block.is_called(&of.block));
     let block = block.with_context(|| format!("{}: no block {:?} here", of.name, of.block))?;
@@ -259,7 +259,7 @@ pub fn as_loop(home: &dyn Home, of: &Loop) -> Result<parameters::Loop> {
     Ok(one)
 }
 
-/// Checks settings of a block; the others have their start values.
+/// Checks settings of a block; all others are at their start values.
 ///
 /// # Errors
 /// No such FMU, or its documentation is faulty.
@@ -302,7 +302,7 @@ pub fn check(home: &dyn Home, fmu: &str, values: &Values) -> Result<Checked> {
     Ok(checked)
 }
 
-/// The value as the type holds it.
+/// The value as rounded by the type, or what is wrong with it.
 fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Value) -> Result<f64, String> {
     let Some(variable) = variable else { return Err(format!("no variable {name:?}")) };
     if matches!(variable.role.as_str(), "output" | "local") {
@@ -333,7 +333,7 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
     to_value(given, row.kind).map(number).map_err(|range| format!("{name} = {given:?}: {range}"))
 }
 
-/// The value held by the type, in the form in which it was given.
+/// The value as rounded by the type, in the form in which it was given.
 fn as_given(given: Value, held: f64) -> Value {
     match given {
         Value::Boolean(_) => Value::Boolean(held != 0.0),
@@ -341,7 +341,7 @@ fn as_given(given: Value, held: f64) -> Value {
     }
 }
 
-/// A sentence if the value is outside its sensible range.
+/// A sentence if the value is outside its recommended range.
 fn outside(variable: &Variable, value: f64) -> Option<String> {
     let unit = variable.unit.as_ref().map_or_else(String::new, |unit| format!(" {}", units::shown(unit)));
     let (bound, which) = match (variable.min, variable.max) {
@@ -355,7 +355,7 @@ fn outside(variable: &Variable, value: f64) -> Option<String> {
 /// The block's advice on its settings.
 fn advice(home: &dyn Home, table: &Table, value: &dyn Fn(&str) -> f64, refused: &[Remark]) -> Vec<Remark> {
     if refused.iter().any(|remark| remark.is_error) {
-        // Otherwise the block would be asked about values other than the user's.
+        // Otherwise, the block would judge values other than the user's.
         return Vec::new();
     }
     let Some(block) = home.blocks().into_iter().find(|block| block.name == table.name) else { return Vec::new() };
@@ -367,7 +367,7 @@ fn advice(home: &dyn Home, table: &Table, value: &dyn Fn(&str) -> f64, refused: 
     block.advice(&settings).into_iter().map(remark).collect()
 }
 
-/// The variables named in a sentence, each once.
+/// The variables named in a sentence, without duplicates.
 fn named(table: &Table, text: &str) -> Vec<String> {
     let is_of_name = |character: char| character.is_alphanumeric() || character == '_' || character == '.';
     let mut named: Vec<String> = Vec::new();

@@ -18,21 +18,21 @@ use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Calls made before the first check whether the process value is at rest.
+/// The number of calls before the first check for whether the process value is at rest.
 const FIRST: usize = 40;
 /// A process value is at rest if it moves by less than this fraction of its range so far.
 const REST: f64 = 0.005;
-/// The same for a run that ends by itself, where the visible response must be complete: the resolution of a step's
-/// figures.
+/// The same fraction for a run that ends by itself, where the visible response must be complete: the resolution of a
+/// step's figures.
 const SETTLED: f64 = 0.001;
 /// A variable that has moved little since the user's last action is also at rest if it moves by less than this fraction
 /// of its range in the run.
 const UNSEEN: f64 = 0.0001;
-/// The controller has acted at least this many times in such a run, once per period of its own pulses: a dead time does
-/// not count as rest.
+/// The minimum number of times that the controller acts in such a run, once per pulse period: otherwise, a dead time
+/// would count as rest.
 const WATCHED: usize = 200;
-/// It oscillates if the width of its last third exceeds the 2 % band to both sides in which a step counts as settled,
-/// as a fraction of its range in the run.
+/// A run oscillates if the width of its last third exceeds this fraction of its range: the band of 2 % to both sides
+/// within which a step counts as settled.
 const BAND: f64 = 0.04;
 /// The minimum number of times that an oscillation crosses its mean in two periods.
 const CROSSINGS: usize = 4;
@@ -44,14 +44,14 @@ const GROWN: f64 = 1.01;
 const GROWN_BY_PULSES: f64 = 1.25;
 /// A value has moved if it differs by this many times the noise.
 const MOVED: f64 = 8.0;
-/// It must also differ by this many times its smallest change.
+/// It must also differ by this many times its smallest increment.
 const COUNTS: f64 = 5.0;
-/// A step controller first moves its actuator by this part of the step, in the same direction.
+/// A step controller first moves its actuator by this fraction of the step, in the same direction.
 const TAKEN_UP: f64 = 0.25;
-/// The response is recorded for this many times the pulse length: if the pulse takes a large part of it, it is not a
-/// step.
+/// The response is recorded for this many times the pulse length: if the pulse lasts for much of the response, it is
+/// not a step.
 const LONG: usize = 12;
-/// The assumed number of calls in a pulse period before there are pulses: longer than usual.
+/// The number of calls in a pulse period, assumed until there are pulses: longer than usual.
 const UNKNOWN_PERIOD: usize = 100;
 
 /// A step of the manual value.
@@ -156,7 +156,7 @@ pub struct Settled {
 /// at rest.
 ///
 /// # Errors
-/// No call or too many; the run has ended.
+/// Zero or too many calls requested; the run has ended.
 pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Result<Settled> {
     let mut left = request.calls;
     let mut watched = 0;
@@ -192,7 +192,7 @@ fn period_in_calls(home: &dyn Home, record: &Record) -> usize {
     controller.map_or(1, |controller| controller.period_in_calls(record.step()))
 }
 
-/// The variables that must come to rest.
+/// The variables that must settle.
 struct Watched {
     /// The values of each variable, in the same calls.
     values: Vec<Vec<f64>>,
@@ -211,7 +211,7 @@ impl Watched {
         let calls = record.calls_between(from, None);
         let calls = calls.start.max(record.trace().exact().start)..calls.end;
         let values = |column| record.trace().column(column, calls.clone()).collect::<Vec<_>>();
-        // A replaced member no longer has values.
+        // A member that was replaced no longer has values.
         let is_there = |values: &Vec<f64>| values.last().is_none_or(|last| !last.is_nan());
         let values: Vec<_> =
             if columns > MOST_VARIABLES { Vec::new() } else { (0..columns).map(values).filter(is_there).collect() };
@@ -219,8 +219,9 @@ impl Watched {
     }
 }
 
-/// Brings the loop to rest in automatic mode at a setpoint, from which a step of the setpoint matches the predicted
-/// one. Manual mode ends with the setpoint at the process value, so that the bumpless change starts without an error.
+/// Brings the loop to rest in automatic mode at a setpoint, so that a step of the setpoint from there is comparable to
+/// the predicted one. Manual mode ends with the setpoint at the process value, so that the bumpless transfer starts
+/// without an error.
 ///
 /// # Errors
 /// The setpoint is unknown or connected, the run has ended, or the loop does not come to rest.
@@ -237,7 +238,7 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
         let (switch, process_value) = (name(switch), name(process_value));
         let mut values = session.state()?.values;
         if values.get(switch.as_str()) == Some(&Value::Boolean(true)) {
-            // A block that was never called does not know its process value yet.
+            // A block that was never called has no process value yet.
             if session.record(None)?.calls() == 0 {
                 values = session.run(1)?.values;
             }
@@ -275,7 +276,7 @@ pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Resul
     Ok(StepTested { state: session.state()?, from, to: last.unwrap_or(from), step, identified })
 }
 
-/// The step of a held plant: its time, the model, and the process value before it.
+/// Steps a held plant: returns the time of the step, the model, and the process value before the step.
 fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, f64)> {
     let size = request.size;
     let size = if !bench.is_within(size)? && bench.is_within(-size)? { -size } else { size };
@@ -293,7 +294,7 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
     let (level, noise) = (mean(before), noise(before));
     let step = bench.next_time()?;
     let calls = bench.put(bench.away()? + size)?;
-    // An analog word that has moved by one count has hardly begun to respond.
+    // If an analog word has moved by one count, the response has hardly begun.
     let has_moved = |values: &[f64]| {
         if values.len() < LONG * calls {
             return false;
@@ -332,8 +333,8 @@ pub fn relay(home: &dyn Home, session: &mut Session, request: &RelayTest) -> Res
     bench.release(tested.as_ref().ok().map(|_| 0.0), false)?;
     let relay::Found { gain, period, swing, hysteresis, remarks } = tested?;
     let from = bench.from;
-    // At the ultimate frequency its phase is -180 degrees, half of which is due to the dead time, and its gain is that
-    // of the plant.
+    // At the ultimate frequency, the model's phase is -180 degrees, half of which is due to the dead time, and its gain
+    // is that of the plant.
     let model =
         Model { gain: TAU / (period * gain), dead_time: period / 4.0, is_integrating: true, ..Model::default() };
     Ok(RelayTested { state: session.state()?, from, ultimate: (gain, period), swing, hysteresis, model, remarks })
@@ -343,12 +344,12 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Half of the range of values.
+/// Half the range of values.
 fn half(values: &[f64]) -> f64 {
     width(values) / 2.0
 }
 
-/// The standard deviation of the changes from call to call without a trend.
+/// The standard deviation of the changes from call to call, without a trend.
 fn noise(values: &[f64]) -> f64 {
     let changes: Vec<f64> = values.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
     (changes.iter().map(|change| change * change).sum::<f64>() / (6.0 * changes.len().max(1) as f64)).sqrt()

@@ -19,7 +19,7 @@ use run::system::{Connection, Setting, System, Value};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The longest description that `plcfmu run` reads, in bytes.
+/// The maximum size of a description that `plcfmu run` reads, in bytes.
 const LONGEST_DESCRIPTION: usize = 1 << 20;
 
 /// The file to export.
@@ -122,10 +122,10 @@ pub struct Exported {
     pub remarks: Vec<String>,
 }
 
-/// Makes a file.
+/// Exports a file.
 ///
 /// # Errors
-/// The reason why it cannot be created, and the remedy.
+/// Why it cannot be created, and the remedy.
 pub fn export(home: &dyn Home, session: &Session, request: &ExportRequest) -> Result<Exported> {
     match request {
         ExportRequest::Parameters { format, loops, origin, stimuli } => {
@@ -153,7 +153,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &ExportRequest) -> Re
             Ok(Exported::new(file, "text/csv", text, remarks))
         }
         ExportRequest::Report { of, before, run, picture, date, tuning, runs, replays, unit, travel_unit } => {
-            // A report of settings alone needs no run.
+            // A report on settings alone needs no run.
             let record = match run {
                 Some(run) => Some(session.record(Some(*run))?),
                 None => session.record(None).ok(),
@@ -199,7 +199,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     };
     let [first, rest @ ..] = loops else { bail!("no loop to write: open or add one first") };
     let loops = loops.iter().map(|of| as_loop(home, of)).collect::<Result<Vec<_>>>()?;
-    // Text from the page goes into a comment.
+    // Text from the page is written into a comment.
     let origin: String =
         origin.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).take(300).collect();
     let content = parameters::write(kind, &loops, &origin).map_err(anyhow::Error::msg)?;
@@ -209,7 +209,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     Ok(Exported::new(format!("{name}.{ending}"), kind.media_type(), content, remarks))
 }
 
-/// The loops without stimuli, unless those are wanted.
+/// The loops without their stimuli, unless these are requested.
 fn of_settings(home: &dyn Home, loops: &[Loop], stimuli: bool) -> Result<Vec<Loop>> {
     let mut loops = loops.to_vec();
     if stimuli {
@@ -232,7 +232,7 @@ fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> 
     let blocks = home.blocks();
     let before = parameters::read(format, &source, &blocks, &options);
     let before = before.map_err(|_| anyhow::anyhow!("{} cannot be read any more", file.file))?.loops;
-    // Settings missing from a message keep their values.
+    // Settings that a message omits keep their values.
     let whole = |of: &Loop| -> Result<parameters::Loop> {
         let given = as_loop(home, of)?;
         let own = before.iter().find(|own| own.name == of.name && own.block.name == given.block.name);
@@ -268,7 +268,7 @@ fn preset(home: &dyn Home, of: &Loop) -> Result<Exported> {
     Ok(Exported::new(format!("{}.fmu", file_name(&of.name)), "application/octet-stream", content, one.warnings()))
 }
 
-/// A run as a description that `plcfmu run` runs with the same bits.
+/// A run as a description with which `plcfmu run` gives bit-identical results.
 fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)> {
     let mut remarks = Vec::new();
     let setup = record.setup();
@@ -346,9 +346,9 @@ fn system(home: &dyn Home, record: &Record, calls: usize) -> System {
     }
 }
 
-/// The columns needed for a replay of the run: the controller's mode, manual value, setpoint and process value, its
-/// inputs that are not at their start values, and its settings that changed; and, for all members, the variables set
-/// during the run.
+/// The columns needed to replay the run: the controller's mode, manual value, setpoint and process value, its inputs
+/// that are not at their start values, and its settings that changed; and, for all members, the variables set during
+/// the run.
 fn acting(home: &dyn Home, record: &Record) -> Result<Vec<usize>> {
     let Some(controller) = record.setup().members.first() else { return Ok(Vec::new()) };
     let description = describe(home, &controller.fmu)?;
@@ -379,7 +379,7 @@ fn acting(home: &dyn Home, record: &Record) -> Result<Vec<usize>> {
     Ok(columns)
 }
 
-/// A run as CSV, as `plcfmu run --out` writes it.
+/// A run as CSV, in the format of `plcfmu run --out`.
 fn csv(record: &Record, columns: &[usize]) -> Result<(Vec<u8>, Vec<String>)> {
     let trace = record.trace();
     let calls = trace.exact();

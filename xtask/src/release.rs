@@ -31,12 +31,12 @@ const EXPECTED: &[&str] =
 /// The licence files that a package must contain: cargo does not include files outside its folder.
 const LICENCES: &[&str] = &["LICENSE-APACHE", "LICENSE-MIT"];
 
-/// The crate that other programs may use. All others are parts of the command, which is built from the whole workspace.
+/// The crate for use by other programs. All others are parts of the command, which is built from the whole workspace.
 const LIBRARY: &str = "blocks";
 
 const UNRELEASED: &str = "## [Unreleased]";
 
-/// A requirement for a release: its name, and the missing item with its remedy.
+/// A requirement for a release: its name and, if it is not met, the problem with its remedy.
 struct Check {
     name: String,
     fault: Option<String>,
@@ -107,8 +107,8 @@ fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
     ])
 }
 
-/// Checks that the lock file matches the manifests: the archives of a release are built with `--locked`. Other cargo
-/// commands would need the crates for all platforms, most of which no build has fetched.
+/// Checks that the lock file matches the manifests: release archives are built with `--locked`. Other cargo commands
+/// would need the crates for all platforms, most of which no build has fetched.
 fn lock(root: &Path) -> Check {
     let mut cargo = workspace::cargo();
     cargo.args(["update", "--workspace", "--locked", "--offline", "--quiet"]).current_dir(root);
@@ -206,7 +206,7 @@ fn absent<'a>(manifest: &Table, table: &str, keys: &[&'a str]) -> Vec<&'a str> {
     keys.iter().copied().filter(|key| entries.is_none_or(|entries| !entries.contains_key(*key))).collect()
 }
 
-/// The version given in CITATION.cff.
+/// The version in CITATION.cff.
 fn cited(citation: &str) -> Option<&str> {
     citation.lines().find_map(|line| line.strip_prefix("version:")).map(str::trim)
 }

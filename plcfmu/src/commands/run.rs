@@ -29,7 +29,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use study::Interrupted;
 
-/// This many messages of each FMU are shown.
+/// The maximum number of messages shown for each FMU.
 const MOST_MESSAGES: usize = 10;
 
 /// Run FMUs together, record them, draw them
@@ -110,7 +110,7 @@ FMUs are foreign code: they run in a process of their own. One that crashes or d
 /// Runs FMUs.
 ///
 /// # Errors
-/// The problem and the remedy; for an FMU that refuses: the call, the time and its messages. No file is written then.
+/// The problem and the remedy; if an FMU fails: the call, the time and its messages. No file is written then.
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
@@ -156,7 +156,7 @@ pub fn run(options: &Options) -> Result<()> {
                 Ok(())
             };
             let placed = replacing(file, || temporary::place(file, record, |_| Ok(())));
-            // The reason why the run failed is more informative than the missing file.
+            // Why the run failed is more informative than the missing file.
             match simulated {
                 Some(Err(error)) => return Err(error),
                 Some(Ok(simulated)) => placed.map(|()| simulated)?,
@@ -209,12 +209,12 @@ pub fn run(options: &Options) -> Result<()> {
     print(&text)
 }
 
-/// A run that is over.
+/// A completed run.
 struct Simulated<'a> {
     kept: Kept<'a>,
     /// The number of steps made.
     steps: usize,
-    /// The FMU that ended the run early, and the time.
+    /// The FMU that ended the run early, and when.
     ended: Option<String>,
     /// In seconds.
     took: f64,
@@ -252,7 +252,7 @@ fn simulate<'a>(
     Ok(Simulated { kept: recorder.finish()?, steps, ended, took })
 }
 
-/// Record one row in this many.
+/// Converts a recording interval: one row in this many is recorded.
 fn every(seconds: f64, plan: &Plan) -> Result<usize> {
     let steps = seconds / plan.step;
     ensure!(
@@ -263,7 +263,7 @@ fn every(seconds: f64, plan: &Plan) -> Result<usize> {
     Ok(steps.round() as usize)
 }
 
-/// The error that nothing can be planned; an FMU that cannot be read is an error by itself.
+/// The error for a system that cannot be planned; if an FMU cannot be read, that is the error instead.
 fn unreadable(system: &System, error: Error) -> Error {
     let can_be_read = system.members.iter().all(|member| Package::open(&member.path).is_ok());
     if can_be_read { error } else { Unreadable(error).into() }
@@ -301,7 +301,7 @@ fn as_json(
     Ok(format!("{}\n", serde_json::to_string_pretty(&told)?))
 }
 
-/// Writes to standard output. Whoever reads may stop when it has enough, as `head` does.
+/// Writes to standard output. The reader may stop early, as `head` does.
 fn print(text: &str) -> Result<()> {
     super::print(text)
 }
@@ -334,7 +334,7 @@ fn summary(plan: &Plan, steps: usize, took: f64) -> String {
     )
 }
 
-/// The figures as text: one line for each step and each disturbance; without them, for the whole run.
+/// The figures as text: one line for each step and each disturbance, or for the whole run if there are none.
 fn figure_lines(figures: &Result<Figures, String>, cycle: f64) -> Vec<String> {
     let figures = match figures {
         Ok(figures) => figures,

@@ -26,10 +26,10 @@ use study::results::{Results, RunResult};
 use study::summary::Summary;
 use study::{self, Interrupted, bundle, junit, output};
 
-/// This many of the worst runs are in the summary, for each figure.
+/// The number of worst runs listed in the summary for each figure.
 const WORST: usize = 10;
 
-/// This many characters are shown of what an FMU that crashed has printed.
+/// The maximum number of characters shown of the output of a crashed FMU.
 const LONGEST_PRINTED: usize = 500;
 
 /// Run a loop many times with different values: tolerances, grids, regression tests
@@ -196,7 +196,7 @@ fn start(options: &Options, reading: &study::read::Reading) -> Result<Pool> {
     pool.map_err(|error| reading.located(error, &options.study))
 }
 
-/// Prints remarks for the user before the runs.
+/// Prints remarks for the user before the runs start.
 fn warn(pool: &Pool, remarks: &[String]) {
     for remark in remarks {
         tell::remark(remark);
@@ -230,7 +230,7 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     let mut kept = Kept { collector: Collector::new(parts), missing: &missing, progress: &progress, done: there };
     let made = pool.rows_into(missing.count, &|place| experiment.point(missing.run(place)), &mut kept);
     let Kept { mut collector, done, .. } = kept;
-    // In any case, the rows received so far are kept.
+    // The rows received so far are kept in any case.
     collector.flush()?;
     drop(progress);
     made?;
@@ -240,7 +240,7 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     Ok(())
 }
 
-/// Keeps rows in parts, and shows how many there are.
+/// Stores rows in parts, and shows the progress.
 struct Kept<'a> {
     collector: Collector<'a>,
     missing: &'a Missing,
@@ -278,7 +278,7 @@ impl Missing {
         missing
     }
 
-    /// The number of the run that is at a place.
+    /// The number of the run at this position among the missing ones.
     fn run(&self, place: u64) -> u64 {
         let range = self.ranges.partition_point(|(before, _)| *before <= place).saturating_sub(1);
         let (before, range) = &self.ranges[range];
@@ -286,7 +286,7 @@ impl Missing {
     }
 }
 
-/// The results that a resumed study has in its folder already, or `None` if runs are missing.
+/// The results already in the folder of a resumed study, or `None` if runs are missing.
 fn finished(
     out: &Path,
     options: &Options,
@@ -320,7 +320,7 @@ fn finished(
     Ok(Some(results))
 }
 
-/// All rows with their points, which are kept in `out` if they are many.
+/// All rows with their points, which are stored in `out` if there are many.
 fn results(pool: &Pool, parts: &Parts, out: &Path) -> Result<Results> {
     let experiment = pool.experiment();
     let mut results = experiment.results().kept_in(out);
@@ -328,8 +328,8 @@ fn results(pool: &Pool, parts: &Parts, out: &Path) -> Result<Results> {
     Ok(results)
 }
 
-/// The curves that the report wants, and those that the user wants in files: these runs are made again with all that is recorded.
-/// One that cannot be had costs nothing but itself.
+/// The curves for the report, and those that the user wants as files: these runs are repeated with full recording. If a
+/// curve cannot be obtained, the others are unaffected.
 fn curves(
     pool: &mut Pool,
     again: &mut Again,
@@ -371,7 +371,7 @@ fn curve_file(out: &Path, run: u64) -> PathBuf {
     out.join("curves").join(format!("run_{run}.csv"))
 }
 
-/// All runs are made: an interruption leaves them to `--resume`.
+/// Returns an error if the user interrupts the study after all runs: `--resume` then writes the results.
 fn ensure_going(pool: &Pool) -> Result<()> {
     if pool.is_interrupted() {
         bail!(Interrupted("all runs are kept; the same command with --resume writes the results".into()));
@@ -379,7 +379,7 @@ fn ensure_going(pool: &Pool) -> Result<()> {
     Ok(())
 }
 
-/// A recording thinned for a picture, whether or not all of it is wanted.
+/// A recording thinned out for a picture, whether or not the full recording is also needed.
 fn drawn(recording: Recording) -> Recording {
     let mut thinned = Detail::Drawn.thinned(recording.columns.clone(), recording.times.len());
     recording.rows().for_each(|(time, row)| thinned.push(time, row));
@@ -392,12 +392,12 @@ fn drawn(recording: Recording) -> Recording {
 /// reset, their results differ.
 struct Again<'a> {
     results: &'a Results,
-    /// For each of them the first figure that is another one in the table.
+    /// For each run, the first figure that differs from the table.
     runs: BTreeMap<u64, Option<String>>,
 }
 
 impl Again<'_> {
-    /// Compares the figures of a run.
+    /// Compares the figures of a repeated run with the table.
     fn compare(&mut self, run: u64, anew: &[f64]) -> Result<()> {
         let row = self.results.figures_of(run)?;
         let pairs = self.results.figures.iter().zip(row.iter().zip(anew));
@@ -423,9 +423,9 @@ impl Again<'_> {
     }
 }
 
-/// Writes the files of the results beside their table, replacing older ones.
+/// Writes the result files next to their table, replacing older ones.
 fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
-    // The table of an older study, not any file of this name.
+    // Only replace the table of an older study, not just any file with this name.
     let has_older = out.join("summary.json").is_file();
     if let Err(error) = study::clear(&out.join("pictures"), report::is_picture) {
         tell::warning(&format!("older pictures are kept: {error:#}"));
@@ -436,7 +436,7 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     if let Some(file) = &options.junit {
         junit::write(file, report)?;
     }
-    // At the end: until then the older summary has its table, and --resume continues.
+    // Done last: until then, the older summary still has its table, and --resume can continue.
     for old in Format::value_variants().iter().map(|format| format.file(out)) {
         if has_older && old != options.format.file(out) && old.exists() {
             fs::remove_file(&old).with_context(|| old.display().to_string())?;

@@ -1,5 +1,5 @@
-//! What to run or to pack, as `plcfmu run` and `plcfmu ssp` take it: FMUs, a description, or the loops of a parameter file,
-//! and options on top.
+//! The arguments of `plcfmu run` and `plcfmu ssp` that say what to run or pack: FMUs, a description, or the loops of a
+//! parameter file, and options that override them.
 
 use crate::exit::Unreadable;
 use crate::package::program::Options as Program;
@@ -90,11 +90,11 @@ impl Arguments {
     /// The system described by the files and the options together.
     ///
     /// # Errors
-    /// A file cannot be read, or its problem with line and column.
+    /// A file cannot be read, or is faulty; the message has line and column.
     pub fn system(&self) -> Result<System> {
         let mut system = System::default();
         let mut has_description = false;
-        // With a folder of FMUs and no cycle, sources are parameter files, which may hold the blocks of their loops, too.
+        // With a folder of FMUs and no cycle, sources are parameter files, which may also contain the loops' blocks.
         let are_parameters = self.fmus.is_some() && self.program.cycles.is_empty();
         let is_program = !are_parameters && self.files.iter().any(|file| has_code(path_of(file)));
         let mut own: Option<String> = None;
@@ -160,7 +160,7 @@ impl Arguments {
         Ok(system)
     }
 
-    /// Applies the options of programs to those that have none in the description.
+    /// Applies the program options to programs that have none in the description.
     fn add_options(&self, system: &mut System) -> Result<()> {
         for member in system.members.iter().filter(|member| is_source(&member.path) || member.path.is_dir()) {
             let program = system.programs.entry(member.name.clone()).or_default();
@@ -200,10 +200,10 @@ impl Arguments {
     }
 }
 
-/// The same system with an FMU in place of each program, in a folder that exists as long as it is held.
+/// The system with each program replaced by an FMU, in a temporary folder that is deleted when dropped.
 ///
 /// # Errors
-/// The problem in a program, with file, line and column.
+/// A program is faulty; the message has file, line and column.
 pub fn packed(system: &System) -> Result<(System, Option<temporary::Folder>)> {
     let mut packed = system.clone();
     if system.programs.is_empty() {
@@ -232,7 +232,7 @@ fn path_of(argument: &str) -> &Path {
     }
 }
 
-/// The settings of signals over time; each change is an event.
+/// The settings from signals over time; each change is an event.
 fn signals(file: &str, text: &str) -> Result<Vec<Setting>> {
     let at = |line: usize| FilePosition { file: file.into(), line, column: 1 };
     let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
@@ -273,7 +273,8 @@ fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error| format!("{error:#}"))
 }
 
-/// Refuses a file that cannot be run, by its name and its content. Problems of an FMU are reported when it is opened.
+/// Rejects a file that cannot be run, judging by its name and contents. Problems of an FMU are reported when it is
+/// opened.
 fn ensure_fmu(path: &Path) -> Result<()> {
     let is_named = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));
     let mut start = [0; 2];
@@ -288,7 +289,7 @@ fn ensure_fmu(path: &Path) -> Result<()> {
     Err(Unreadable(anyhow!("{} {why}", path.display())).into())
 }
 
-/// The FMU of an argument: `NAME=FILE.fmu`, or `FILE.fmu` for an FMU that is named as its file.
+/// The FMU in an argument: `NAME=FILE.fmu`, or `FILE.fmu` for an FMU named after its file.
 fn member(text: &str) -> Result<Member> {
     let (name, path) = match text.split_once('=') {
         // A file's name may contain "=".

@@ -1,6 +1,6 @@
-//! The files offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each,
+//! The files offered for download: every FMU for all platforms that can be built here, a version of each for ARM only,
 //! the parameter tool, the command as built by the caller, a folder for trying the FMUs in other tools, checksums, and
-//! a table of the contents. For `cargo xtask dist`.
+//! a table of contents. For `cargo xtask dist`.
 
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
@@ -23,17 +23,16 @@ use std::process::Command;
 /// The platforms that are built by default.
 const PLATFORMS: [&str; 4] = ["linux64", "win64", "aarch64-linux", "darwin64"];
 
-/// FMI 2.0 has no folder for Linux on ARM: FMUs for it alone are in a separate folder, for tools that look into
-/// `linux64`.
+/// FMI 2.0 has no folder for Linux on ARM: ARM-only FMUs are in a separate folder, for tools that look in `linux64`.
 const ALONE: &str = "aarch64-linux";
 
-/// The folder of the FMUs of FMI 3.0, which are named as those of FMI 2.0.
+/// The folder of the FMI 3.0 FMUs, which have the same names as the FMI 2.0 ones.
 const NEWER: &str = "fmi3";
 
-/// The command is built for this platform, too, if the FMUs are; otherwise for this machine's only.
+/// If the FMUs are built for this platform, so is the command; otherwise, it is built for this machine only.
 const COMMAND: &str = "win64";
 
-/// Additional files of the FMUs: how they end, and their descriptions.
+/// The additional files of the FMUs: their suffixes and descriptions.
 const ADDED: [(&str, &str); 5] = [
     (".cdx.json", "The crates in the command: a bill of materials (CycloneDX)"),
     (".tar.gz", "The command plcfmu"),
@@ -49,7 +48,7 @@ const TWINCAT: (&str, &str, &str) = (
     "Settings for TwinCAT's Target for FMI, which builds the C sources of FMUs (made after its documentation, not tried)",
 );
 
-/// The folder for users who try the FMUs in their own tools: each FMU with its reference, in the layout of the FMI
+/// The folder for trying the FMUs in other tools: each FMU with its reference results, in the layout of the FMI
 /// cross-check.
 const COMPATIBILITY: &str = "compatibility";
 
@@ -77,7 +76,7 @@ pub struct Options {
 /// Builds everything and puts it into a new folder. `python` is a Python with maturin, for the wheels and archives.
 ///
 /// # Errors
-/// What cannot be built, or written. The folder stays as it was.
+/// Something cannot be built or written. The folder is then left unchanged.
 pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Result<()> {
     let folder = options.out.clone().unwrap_or_else(|| workspace.target.join("dist"));
     check_replaceable(&folder)?;
@@ -85,7 +84,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     let parent = temporary::folder(&folder);
     fs::create_dir_all(parent).with_context(unwritable)?;
     temporary::remove_left(parent).with_context(unwritable)?;
-    // Created beside its final place, so that it appears complete or not at all.
+    // Created next to its destination, so that it appears complete or not at all.
     let beside = temporary::Folder::new_in(parent).with_context(unwritable)?;
     let new = beside.path().join("dist");
     let host = Platform::host(&workspace.root)?;
@@ -97,7 +96,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
         let newer = new.join(NEWER);
         let version = Version { fmi: Fmi::Three, ..Version::default() };
         pack::run(workspace, &pack::Options { version, out: Some(newer.clone()), ..packing })?;
-        // The library of programs is that of both versions.
+        // The same library of programs serves both versions.
         fs::remove_dir_all(newer.join(program_library::FOLDER)).with_context(unwritable)?;
     } else {
         join(&options.packed, &new)?;
@@ -120,7 +119,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     command::run(python.current_dir(&new))?;
     command::run(&mut try_them)?;
     command::run(&mut compatibility)?;
-    // They are in the wheels and the archives.
+    // The wheels and archives contain them.
     fs::remove_dir_all(new.join(program_library::FOLDER)).with_context(unwritable)?;
     finish(&new)?;
     if folder.exists() {
@@ -131,7 +130,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     Ok(())
 }
 
-/// Only a folder that this command has made may be replaced.
+/// Checks that the folder was made by this command: only then may it be replaced.
 fn check_replaceable(folder: &Path) -> Result<()> {
     if folder.exists() && !folder.join(SUMS).is_file() {
         bail!("{} exists and was not made by this command: choose another folder with --out", folder.display());
@@ -139,7 +138,7 @@ fn check_replaceable(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Joins the packages of several machines in a new folder.
+/// Joins the packages from several machines in a new folder.
 fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
     let newer: Vec<PathBuf> = packed.iter().map(|folder| folder.join(NEWER)).collect();
     if let Some(missing) = newer.iter().find(|folder| !folder.is_dir()) {
@@ -156,7 +155,7 @@ fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The same of the FMUs.
+/// Joins the FMUs from several machines.
 fn join_fmus(packed: &[PathBuf], new: &Path) -> Result<()> {
     fs::create_dir_all(new).with_context(|| new.display().to_string())?;
     for name in names_in_all(packed)? {
@@ -172,7 +171,7 @@ fn join_fmus(packed: &[PathBuf], new: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The names of the FMUs in each of the folders: all have the same.
+/// The names of the FMUs, which must be the same in all folders.
 fn names_in_all(folders: &[PathBuf]) -> Result<Vec<String>> {
     let (first, others) = folders.split_first().context("no folder was named")?;
     let fmus = names(first, ".fmu")?;
@@ -224,7 +223,7 @@ fn targets(folder: &Path, host: &Platform) -> Result<Vec<&'static str>> {
     Ok(targets)
 }
 
-/// Adds the files derived from those in a folder: the FMUs for ARM alone, the table and the checksums.
+/// Adds the files derived from those in a folder: the ARM-only FMUs, the table and the checksums.
 fn finish(folder: &Path) -> Result<()> {
     let mut files = BTreeMap::new();
     for name in names(folder, ".fmu")? {
@@ -260,7 +259,7 @@ fn finish(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Adds all files below `inside`, a folder in `folder`, by their paths with `/`.
+/// Adds all files below `inside`, a folder in `folder`, under their paths with `/`.
 fn below(folder: &Path, inside: &str, files: &mut BTreeMap<String, Vec<u8>>) -> Result<()> {
     for entry in fs::read_dir(folder.join(inside)).with_context(|| inside.to_string())? {
         let entry = entry?;
@@ -275,7 +274,7 @@ fn below(folder: &Path, inside: &str, files: &mut BTreeMap<String, Vec<u8>>) -> 
     Ok(())
 }
 
-/// The names of the files in a folder that end with this, sorted.
+/// The names of the files in a folder that have this suffix, sorted.
 fn names(folder: &Path, end: &str) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
@@ -295,7 +294,7 @@ fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
         let (platforms, what) = match ADDED.iter().find_map(|(end, what)| Some((name.strip_suffix(end)?, what))) {
             _ if name == TWINCAT.0 => ("TwinCAT".into(), TWINCAT.2.to_string()),
             Some((_, what)) if name == make::FILE => ("any browser".into(), (*what).to_string()),
-            // The last part of its name.
+            // The last part of the name.
             Some((stem, what)) => (stem.rsplit('-').next().unwrap_or_default().to_string(), (*what).to_string()),
             None => {
                 let package = Package::read(Cursor::new(bytes)).with_context(|| name.clone())?;
@@ -314,7 +313,7 @@ fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
     Ok(table)
 }
 
-/// The checksums as `sha256sum --check` reads them.
+/// The checksums in the format of `sha256sum --check`.
 fn sums(files: &BTreeMap<String, Vec<u8>>) -> String {
     let mut sums = String::new();
     for (name, bytes) in files {

@@ -260,8 +260,8 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
     Ok(())
 }
 
-/// The requested crates: those of `-p` by their exact names, the others ignoring case and the difference between `-` and
-/// `_`. The package of programs may be named with `-p`, but is not returned.
+/// The requested crates: those of `-p` by their exact names, the others ignoring case and the difference between `-`
+/// and `_`. The package of programs may be named with `-p`, but is not returned.
 ///
 /// # Errors
 /// The crate does not exist.

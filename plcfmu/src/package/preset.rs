@@ -1,7 +1,7 @@
 //! Presets: FMUs of the same library with their own start values.
 //!
-//! The values are in modelDescription.xml, from which hosts read them, and in `resources/start.txt`, from which the library reads
-//! them. The preset's GUID is the fingerprint of that file, so that the library accepts no other values than those declared.
+//! The values are in modelDescription.xml, where hosts read them, and in `resources/start.txt`, where the library reads
+//! them. The preset's GUID is the fingerprint of that file, so that the library accepts only the declared values.
 
 use crate::package::check;
 use anyhow::{Result, anyhow, bail, ensure};
@@ -16,7 +16,7 @@ use std::path::Path;
 use tool::preset::{PAGE, guid_of};
 pub use tool::preset::{identifier, path};
 
-/// The largest documentation page, in bytes.
+/// The maximum size of a documentation page, in bytes.
 const LARGEST_PAGE: u64 = 1 << 26;
 
 /// The start values of a preset, without checking that they belong to it; `None` if there are none.
@@ -37,7 +37,7 @@ fn read<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<(String, Star
 /// The start values of a preset, checked against its GUID and its modelDescription.xml; `None` if it has none.
 ///
 /// # Errors
-/// They are damaged, or those of another FMU.
+/// They are damaged, or belong to another FMU.
 pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> {
     let Some((text, start)) = read(package)? else { return Ok(None) };
     let (path, guid) = (path(), &package.description.guid);
@@ -68,7 +68,7 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
     Ok(Some(start))
 }
 
-/// The places of all inputs and parameters that are numbers.
+/// The indices of all inputs and parameters that are numbers.
 fn settings(description: &Description) -> impl Iterator<Item = usize> {
     let is_setting =
         |of: &Variable| of.kind.is_some() && matches!(of.causality, Causality::Input | Causality::Parameter);
@@ -82,8 +82,8 @@ fn declared(variable: &Variable) -> String {
     exact.or_else(number).unwrap_or_default()
 }
 
-/// Whether a variable declares the value of a text in the file. An FMI integer may be the bits of the PLC's, or count the milliseconds or
-/// nanoseconds of a duration, whose seconds alone are written with a point.
+/// Whether a variable declares a value written in the file. An FMI integer may hold the bits of the PLC's integer, or
+/// count the milliseconds or nanoseconds of a duration; only durations in seconds are written with a decimal point.
 fn is_declared(variable: &Variable, value: &str) -> bool {
     let Some(kind) = variable.kind.filter(|_| !variable.is_enumeration()) else { return false };
     let whole = declared(variable).parse::<i128>().ok().filter(|_| kind.whole().is_some());
@@ -106,7 +106,7 @@ pub struct Original<R> {
     pub block: String,
     /// The GUID of the block's own FMU.
     library: String,
-    /// Whether it is a preset itself.
+    /// Whether this FMU is itself a preset.
     pub is_preset: bool,
     is_checked: bool,
 }
@@ -133,7 +133,7 @@ impl Original<BufReader<File>> {
 }
 
 impl<R: Read + Seek> Original<R> {
-    /// The same for a package that is open.
+    /// Creates a source of presets from an open package.
     ///
     /// # Errors
     /// Its start values are damaged.
@@ -145,7 +145,7 @@ impl<R: Read + Seek> Original<R> {
         Ok(Original { package, block, library, is_preset, is_checked: false })
     }
 
-    /// Refuses an FMU that is damaged or of another tool.
+    /// Rejects an FMU that is damaged or from another tool.
     fn check(&mut self) -> Result<()> {
         if !self.is_checked {
             // The library of all programs has no table: it reads one from the resources. One that was compiled for a program has
@@ -170,7 +170,7 @@ impl<R: Read + Seek> Original<R> {
     /// The FMU with the values of a loop as its start values.
     ///
     /// # Errors
-    /// It was not made by `plcfmu`, or not of the loop's block; a value that the FMU does not take.
+    /// It was not made by `plcfmu`, is not for the loop's block, or does not accept a value.
     pub fn preset(&mut self, values: &Loop) -> Result<Preset> {
         self.check()?;
         let page = match self.package.archive.find(PAGE) {

@@ -1,5 +1,5 @@
-//! Packs a PLC program in SCL: the sources go into the FMU's resources, beside the one library of all programs, which translates
-//! them when an instance is made. Nothing is compiled for it.
+//! Packs a PLC program in SCL: the sources go into the FMU's resources, next to the library shared by all programs,
+//! which translates them when an instance is created. Nothing is compiled for the program.
 
 mod assume;
 
@@ -86,10 +86,10 @@ pub struct Options {
 }
 
 impl Options {
-    /// The manifest of a program of these sources.
+    /// The manifest of a program with these sources.
     ///
     /// # Errors
-    /// There are neither one nor as many cycles as calls.
+    /// The number of cycles is neither one nor the number of calls.
     pub fn manifest(&self, sources: &[PathBuf]) -> Result<Manifest> {
         let (known, unknown): (Vec<_>, Vec<_>) = self.instances.iter().cloned().partition(|(_, of)| of.is_empty());
         let instances = unknown.into_iter().map(|(name, of)| Tag::new(name, of));
@@ -116,7 +116,7 @@ impl Options {
         Ok(manifest)
     }
 
-    /// Refuses options that need a program; the error names the first one.
+    /// Rejects options that need a program; the error names the first one.
     ///
     /// # Errors
     /// An option is given.
@@ -145,7 +145,7 @@ impl Options {
     }
 }
 
-/// One tag, or those of a file.
+/// One tag, or the tags in a file.
 fn tags(text: &str) -> Result<Tags, String> {
     let path = Path::new(text);
     if path.is_file() {
@@ -154,12 +154,12 @@ fn tags(text: &str) -> Result<Tags, String> {
     tag(text).map(|tag| Tags { tags: vec![tag], constants: Vec::new() })
 }
 
-/// A name and its block; of an instance that a source declares, the name alone.
+/// A name and its block; only the name for an instance that a source declares.
 fn instance(text: &str) -> Result<(String, String), String> {
     if text.contains(':') { declaration(text) } else { Ok((unquoted(text).to_string(), String::new())) }
 }
 
-/// A program that can be packed: its future FMU, and warnings for its author.
+/// A program that can be packed: the contents of its FMU, and warnings for its author.
 pub struct Examined {
     manifest: Manifest,
     sources: Vec<Source>,
@@ -168,23 +168,23 @@ pub struct Examined {
     description: ModelDescription,
     /// Warnings for the author, with file, line and column.
     pub warnings: Vec<Problems>,
-    /// The reason why the program, with its start values, stops in one of the calls to be recorded.
+    /// Why the program, with its start values, stops in one of the calls to be recorded, if it does.
     pub stop: Option<String>,
 }
 
 impl Examined {
-    /// The block that is run, or the first of several.
+    /// The block that runs, or the first of several.
     pub fn block(&self) -> &str {
         self.loaded.block()
     }
 }
 
-/// The reason why a program has no FMU.
+/// Why no FMU can be made of a program.
 #[derive(Debug)]
 pub enum Refused {
     /// Errors in the sources.
     Sources(Vec<Problems>),
-    /// The sources have no block to be run, or several: a sentence. Nothing else is wrong.
+    /// The sources have no block to run, or several: a sentence, and the warnings. Nothing else is wrong.
     Choice(String, Vec<Problems>),
     /// Anything else.
     Other(Error),
@@ -206,14 +206,14 @@ impl From<Refused> for Error {
     }
 }
 
-/// All that is done with the sources before a library is needed: `check` reports it, [`pack`] continues with it. The sources
-/// of the manifest are files.
+/// Does everything with the sources that needs no library: `check` reports the result, [`pack`] continues with it. The
+/// sources in the manifest are paths.
 ///
 /// # Errors
-/// Why they make no FMU.
+/// Why no FMU can be made of them.
 pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
     let Named { manifest, sources, files } = read(manifest)?;
-    // In the FMU the sources are side by side; messages use the user's names for them.
+    // In the FMU, all sources are in one folder; messages use the user's names for them.
     let named = |mut problems: Vec<Problems>| {
         for of in &mut problems {
             let number = sources.iter().position(|source| source.file == of.file);
@@ -243,7 +243,7 @@ pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
     Ok(Examined { manifest, sources, loaded, interface, description, warnings, stop })
 }
 
-/// The interface that the library of programs has with this one.
+/// The interface of the library of programs when it runs this program.
 fn interface(loaded: &Loaded) -> Result<Interface> {
     let capabilities = MapDeserializer::<_, value::Error>::new(CAPABILITIES.iter().copied());
     let log_category = |category: &Category| LogCategory {
@@ -257,7 +257,7 @@ fn interface(loaded: &Loaded) -> Result<Interface> {
     })
 }
 
-/// Whether FMI knows the unit.
+/// Whether the unit is known in FMI.
 fn is_unit(unit: &str) -> bool {
     units::definition(unit).is_some()
 }
@@ -270,7 +270,7 @@ pub fn stops(stop: &str) -> String {
     )
 }
 
-/// Compiles the C of a program to a library in a folder.
+/// Compiles the C source of a program to a library in a folder.
 fn compile_natively(folder: &Path, file: &str, text: &str, door: &Door, told: &str) -> Result<PathBuf> {
     let suffix = platforms(OS, ARCH).first().and_then(|host| platform::system(host)).map_or("", |(_, suffix)| suffix);
     fs::write(folder.join(file), text)?;
@@ -278,10 +278,10 @@ fn compile_natively(folder: &Path, file: &str, text: &str, door: &Door, told: &s
 }
 
 /// Packs the program with these source files as `NAME.fmu` in a folder, and returns the path. Warnings are printed. A
-/// native FMU contains the library compiled by this machine's C compiler; any other the library of all programs.
+/// native FMU contains a library compiled by this machine's C compiler; all others, the library shared by all programs.
 ///
 /// # Errors
-/// All that is wrong with the sources, with file, line and column; the library of programs is missing.
+/// All errors in the sources, with file, line and column; the library of programs is missing.
 pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
     version.check()?;
     ensure!(
@@ -366,7 +366,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     Ok((path, warnings))
 }
 
-/// A packed program by its sources; `None` if the FMU is no program.
+/// The interface of a packed program, derived from its sources; `None` if the FMU is not a program.
 ///
 /// # Errors
 /// They are damaged.
@@ -390,7 +390,7 @@ pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<I
 
 /// A program as stored in an FMU.
 struct Named {
-    /// The sources under their names in the FMU.
+    /// The sources, under their names in the FMU.
     sources: Vec<Source>,
     /// The program's manifest.
     manifest: Manifest,
@@ -398,7 +398,7 @@ struct Named {
     files: Vec<String>,
 }
 
-/// The sources, under their names in the FMU, and the manifest.
+/// Reads the sources and the manifest, and names the sources as in the FMU.
 fn read(manifest: &Manifest) -> Result<Named> {
     let Parts { sources: all, manifest, .. } = crate::program::parts(manifest)?;
     let mut sources: Vec<Source> = Vec::new();
@@ -435,7 +435,7 @@ fn read(manifest: &Manifest) -> Result<Named> {
     Ok(Named { manifest: Manifest { sources: names, ..manifest }, sources, files })
 }
 
-/// The name of the file that belongs to one in SIMATIC SD: of a document its texts, of texts their document.
+/// The name of the companion of a SIMATIC SD file: the texts of a document, or the document of texts.
 fn partner(file: &str) -> Option<String> {
     let file = Path::new(file);
     let ending = match file.extension()?.to_ascii_lowercase().to_str()? {
@@ -446,7 +446,7 @@ fn partner(file: &str) -> Option<String> {
     Some(file.with_extension(ending).display().to_string())
 }
 
-/// The name of a source in an FMU, where all are in one folder: `pump.scl`, a second one `pump_2.scl`.
+/// The name of a source in an FMU, where all sources are in one folder: `pump.scl`, or `pump_2.scl` for a second one.
 fn free(file: &Path, is_taken: impl Fn(&str) -> bool) -> String {
     let text = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     let (stem, ending) = (text(file.file_stem()), text(file.extension()));

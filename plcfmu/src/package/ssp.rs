@@ -1,8 +1,8 @@
-//! A system as an SSP file (System Structure and Parameterization): the FMUs, which values they start with, and which output
-//! goes to which input. Tools that run systems of FMUs read it.
+//! A system as an SSP file (System Structure and Parameterization): the FMUs, their start values and their connections.
+//! Tools that run systems of FMUs can read it.
 //!
-//! Names of the elements are C identifiers, and none begins another one: OMSimulator refuses other characters, and FMPy's
-//! master takes the parameters of `P10` for those of `P1`.
+//! Element names are C identifiers, and none is a prefix of another: OMSimulator rejects other characters, and FMPy's
+//! master mistakes the parameters of `P10` for those of `P1`.
 
 use crate::package::check;
 use crate::package::preset::identifier;
@@ -17,7 +17,7 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-/// The name of each set of start values. Ecos applies the set that it is asked for by name.
+/// The name of each set of start values. Ecos selects the set to apply by name.
 pub const PARAMETER_SET: &str = "start";
 
 /// The options for writing an SSP file.
@@ -25,7 +25,7 @@ pub const PARAMETER_SET: &str = "start";
 pub struct Options {
     /// The version of the standard that the file states.
     pub version: Version,
-    /// Connectors for those inputs only that are connected: FMPy's master cannot deal with others.
+    /// Create connectors only for connected inputs: FMPy's master cannot handle others.
     pub only_connected: bool,
 }
 
@@ -44,7 +44,7 @@ pub enum Version {
 /// An SSP file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ssp {
-    /// Its content. The same system and FMUs give the same bytes.
+    /// Its contents. The same system and FMUs always yield the same bytes.
     pub bytes: Vec<u8>,
     /// The number of FMUs in it; a file used by several components is stored once.
     pub fmus: usize,
@@ -107,10 +107,10 @@ struct Resources {
     of: Vec<usize>,
 }
 
-/// Makes an SSP file that is called `name` of a system. The libraries of its FMUs are not run.
+/// Makes an SSP file of a system, with the given name. The libraries of its FMUs are not run.
 ///
 /// # Errors
-/// The problem of an FMU, name, value or connection, and the remedy.
+/// A problem with an FMU, name, value or connection, and the remedy.
 pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     let resources = Resources::open(system)?;
     let descriptions: Vec<&Description> = resources.of.iter().map(|of| &resources.files[*of].3).collect();
@@ -131,7 +131,7 @@ pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
                 Causality::Output => "output",
                 _ => return None,
             };
-            // SSP has other words for an enumeration.
+            // SSP represents enumerations differently.
             let type_name = variable.kind.map_or(variable.type_name, |kind| type_name_of(kind, options.version));
             let type_name = (!variable.is_enumeration()).then_some(type_name);
             Some(Connector { name: &variable.name, kind, type_name, unit: variable.unit.as_deref() })
@@ -180,7 +180,7 @@ pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     Ok(Ssp { bytes: archive::write(&files)?, fmus, connectors, remarks })
 }
 
-/// A type in the words of a version of SSP: only the second one has those of FMI 3.0.
+/// The name of a type in a version of SSP: only 2.0 has the types of FMI 3.0.
 fn type_name_of(kind: Type, version: Version) -> &'static str {
     match (kind, version) {
         (Type::Real | Type::Integer | Type::Boolean, _) | (_, Version::V2) => kind.name(),
@@ -201,7 +201,7 @@ impl Resources {
             }
             let content = fs::read(&path).with_context(shown)?;
             let mut package = Package::read(Cursor::new(&content)).with_context(shown)?;
-            // Who gets the file must not get what `plcfmu check` calls wrong.
+            // Recipients must not get an FMU that `plcfmu check` rejects.
             let errors = check::check(&mut package).errors;
             ensure!(errors.is_empty(), "{}: the FMU is wrong: {}", shown(), errors.join("; "));
             let description = package.description;
@@ -230,7 +230,7 @@ impl Resources {
     }
 }
 
-/// The definitions of all units of the connectors. A file has one definition of a unit's name.
+/// The definitions of all units of the connectors. Each unit name may have only one definition in a file.
 fn units<'a>(components: &[Component], resources: &'a Resources) -> Result<Vec<UnitDefinition<'a>>> {
     let mut used: Vec<&str> = components.iter().flat_map(|of| &of.connectors).filter_map(|of| of.unit).collect();
     used.sort_unstable();
@@ -286,14 +286,14 @@ fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
 /// Names as C identifiers, none of which is a prefix of another.
 fn identifiers(names: &[&str]) -> Result<Vec<String>> {
     let mut identifiers: Vec<String> = names.iter().map(|name| identifier(name)).collect();
-    // The longest first: a name that begins another one is made longer than it is.
+    // Longest first: a name that is a prefix of another is made longer.
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by_key(|place| std::cmp::Reverse(identifiers[*place].len()));
     let mut taken: Vec<String> = Vec::new();
     for place in order {
         let own = &identifiers[place];
         let longer = std::iter::once('_').chain('A'..='Z').map(|last| format!("{own}{last}"));
-        // Two names that were made equal.
+        // Two names that have become equal.
         let base = own.trim_end_matches('_');
         let numbered = (2..=names.len() + 1).map(|number| format!("{base}x{number}_"));
         let mut candidates = std::iter::once(own.clone()).chain(longer).chain(numbered);
@@ -307,7 +307,7 @@ fn identifiers(names: &[&str]) -> Result<Vec<String>> {
     Ok(identifiers)
 }
 
-/// The name of the system in a file that is called so.
+/// The name of the system in a file with this name.
 pub fn system_name(file: &Path) -> String {
     identifier(&file.file_stem().unwrap_or_default().to_string_lossy())
 }

@@ -1,5 +1,5 @@
-//! The home of the engine behind `plcfmu tool`. The library of an FMU is never loaded into this process: the blocks of
-//! this program are linked into it, and the instances of other FMUs run in separate processes.
+//! The home of the engine behind `plcfmu tool`. FMU libraries are never loaded into this process: the blocks of this
+//! program are linked into it, and instances of other FMUs run in separate processes.
 
 use crate::linked;
 use crate::package::apart;
@@ -26,16 +26,16 @@ use study::worker;
 use tool::home::Home;
 use tool::message::{Entry, KnownLoop, LoopRole};
 
-/// This many FMUs may a page upload.
+/// The maximum number of FMUs that a page may upload.
 const MOST_UPLOADS: usize = 20;
 
-/// An FMU, and where its instances are.
+/// An FMU, and where its instances run.
 #[derive(Debug)]
 pub struct Known {
     /// Its name in the catalogue.
     pub name: String,
     description: Arc<Description>,
-    /// The description of its block by an FMU that was made with `fmu::export!`.
+    /// The description of its block, if the FMU was made with `fmu::export!`.
     table: Option<Arc<Table>>,
     part: LoopRole,
     source: Source,
@@ -43,20 +43,20 @@ pub struct Known {
 
 #[derive(Debug)]
 enum Source {
-    /// In this process: its library is compiled from the code that is linked into this program.
+    /// In this process: its library was compiled from code that is linked into this program.
     Linked(Box<worker::Linked>, PathBuf),
-    /// Each instance in a separate process.
+    /// Each in a separate process.
     Apart(PathBuf),
-    /// The same for an FMU that a page has sent; its file goes with it.
+    /// Each in a separate process, for an FMU sent by a page; the file is deleted when this is dropped.
     Uploaded(temporary::Document),
 }
 
 impl Known {
-    /// Opens an FMU. If it was made with `fmu::export!` and this program does not contain its block, `starter` runs its
-    /// library to read its table. Without a starter, the FMU counts as foreign.
+    /// Opens an FMU. If it was made with `fmu::export!` and this program does not contain its block, its table is read
+    /// by running its library with `starter`. Without a starter, the FMU counts as foreign.
     ///
     /// # Errors
-    /// It is damaged, or has no library for this platform.
+    /// The FMU is damaged, or has no library for this platform.
     pub fn open(path: &Path, starter: Option<&Starter>) -> Result<Known> {
         let mut package = Package::open(path)?;
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
@@ -77,7 +77,7 @@ impl Known {
         Ok(Known { name, description: Arc::new(package.description), table: table.map(Arc::new), part, source })
     }
 
-    /// Marks it as a plant, unless it specifies its own role.
+    /// Marks the FMU as a plant, unless it specifies a role itself.
     pub fn into_plant(mut self) -> Known {
         if self.part == LoopRole::Other {
             self.part = LoopRole::Plant;
@@ -85,12 +85,12 @@ impl Known {
         self
     }
 
-    /// Whether nothing is known of its block: it was not made with `fmu::export!`, or its library may not be asked.
+    /// Whether its block is unknown: it was not made with `fmu::export!`, or its library may not be run.
     pub fn is_foreign(&self) -> bool {
         self.table.is_none()
     }
 
-    /// Its line in the catalogue.
+    /// Its entry in the catalogue.
     fn entry(&self) -> Entry {
         Entry {
             name: self.name.clone(),
@@ -106,14 +106,14 @@ fn part(table: &Table) -> LoopRole {
     run::dialog::read(table).map_or(LoopRole::Other, |(roles, _)| roles.part(table))
 }
 
-/// A text of a foreign FMU, short enough to be shown.
+/// A string from a foreign FMU, shortened for display.
 fn short(text: &str) -> String {
     const MOST: usize = 400;
     text.chars().take(MOST).collect()
 }
 
-/// The question to the user. Every word from the FMU is quoted and short, so that none can be mistaken for the tool's
-/// own words.
+/// The question to the user. All text from the FMU is quoted and short, so that it cannot be mistaken for the tool's
+/// own.
 fn question(name: &str, description: &Description) -> String {
     let said = [("tool", &description.generation_tool), ("author", &description.author)];
     let said = said.map(|(what, text)| text.as_deref().map(|text| format!("{what} {:?}", shortened(text))));
@@ -154,7 +154,7 @@ impl Collection {
         Collection { fmus: fmus.into_iter().map(Arc::new).collect(), blocks, loops, starter }
     }
 
-    /// The tables of those that have one.
+    /// The tables of the FMUs that have one.
     pub fn tables(&self) -> impl Iterator<Item = &Table> {
         self.fmus.iter().filter_map(|known| known.table.as_deref())
     }
@@ -179,7 +179,7 @@ impl Collection {
     }
 }
 
-/// A file for the page to open.
+/// A file to open in the page.
 #[derive(Clone, Debug, Serialize)]
 pub struct File {
     file: String,
@@ -202,16 +202,16 @@ pub struct Inspected {
     summary: String,
     tool: Option<String>,
     author: Option<String>,
-    /// The question to the user before it runs. Quotes the FMU's own texts.
+    /// The question to the user before it runs. Quotes text from the FMU.
     question: String,
     platforms: Vec<String>,
-    /// The reason why it cannot run here.
+    /// Why it cannot run here.
     problem: Option<String>,
     /// The start values of an FMU of a known block.
     parameters: Option<File>,
 }
 
-/// The home of one page's engine. The clones are the same home.
+/// The home of one page's engine. Clones share their state.
 #[derive(Clone, Debug)]
 pub struct FmuHome {
     collection: Arc<Collection>,
@@ -220,7 +220,7 @@ pub struct FmuHome {
 
 #[derive(Debug, Default)]
 struct Uploads {
-    /// Those that the user has not accepted.
+    /// The uploads that the user has not accepted yet.
     waiting: Vec<(String, temporary::Document)>,
     accepted: Vec<Arc<Known>>,
 }
@@ -231,10 +231,10 @@ impl FmuHome {
         FmuHome { collection, uploads: Rc::default() }
     }
 
-    /// Takes an FMU that the page sends, and reads it. It is not used before it is accepted.
+    /// Receives an FMU from the page, and reads it. It is not used until the user accepts it.
     ///
     /// # Errors
-    /// It is damaged or no FMU, or there are too many.
+    /// The file is damaged or not an FMU, or there are too many uploads.
     pub fn upload(&self, file: &str, bytes: &[u8]) -> Result<Inspected> {
         let name = Path::new(file).file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let shown = || short(&name);
@@ -263,10 +263,10 @@ impl FmuHome {
         Ok(inspected)
     }
 
-    /// The user agrees that code of an FMU runs which the page has sent.
+    /// Records that the user allows the code of an uploaded FMU to run.
     ///
     /// # Errors
-    /// The page has sent none of this name, or it cannot be loaded here.
+    /// The page has uploaded no FMU with this name, or it cannot be loaded here.
     pub fn accept(&self, name: &str) -> Result<Entry> {
         let uploads = &mut *self.uploads.borrow_mut();
         if let Some(known) = uploads.accepted.iter().find(|known| known.name == name) {
@@ -293,7 +293,7 @@ impl FmuHome {
         Ok(entry)
     }
 
-    /// The name, with a number if another FMU has it. An upload that has not been accepted is replaced.
+    /// The name, with a number appended if another FMU has it. An upload that has not been accepted is replaced.
     fn free_name(&self, name: &str) -> String {
         let name = shortened(if name.is_empty() { "FMU" } else { name }).replace(|c: char| c.is_control(), "");
         let is_taken = |name: &String| self.known(name).is_ok();

@@ -397,8 +397,8 @@ struct Version {
     hash: String,
 }
 
-/// The files named on the command line, if they have changed. A file that an editor is still writing cannot be read; the
-/// page asks for it again.
+/// The files named on the command line, if they have changed. A file that an editor is still writing cannot be read;
+/// the page asks for it again.
 async fn given(State(shared): State<Arc<Shared>>, request: Request) -> Result<Response, Refusal> {
     let (_, body) = text(request).await?;
     let known: Version = serde_json::from_str(&body).map_err(|error| Refusal::bad(error.to_string()))?;

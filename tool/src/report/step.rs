@@ -1,4 +1,5 @@
-//! The step that the figures of a report belong to: predicted beside measured, and larger than in the curves of the whole run.
+//! The step that the figures of a report refer to: predicted and measured, and larger than in the curves of the whole
+//! run.
 
 use super::{Tuning, three, with_unit};
 use crate::describe::describe;
@@ -25,7 +26,7 @@ use std::fmt::Write;
 /// A step that covers a smaller part of the run is also drawn separately.
 const SMALL: f64 = 0.5;
 
-/// The metrics by which a prediction is judged, and the allowed deviation of the run: a fraction of the larger of both;
+/// The metrics by which a prediction is judged, and the allowed deviation of the run: a fraction of the larger value;
 /// for the overshoot, in percent of the step.
 const JUDGED: [(&str, f64); 5] =
     [("rise", AGREES), ("overshoot", 2.0), ("settling", AGREES), ("iae", AGREES), ("travel", AGREES)];
@@ -47,7 +48,7 @@ pub(super) struct Predicted {
 /// automatic mode.
 ///
 /// # Errors
-/// The reason why the block cannot be simulated with the model.
+/// Why the block cannot be simulated with the model.
 pub(super) fn predicted(
     home: &dyn Fmus,
     record: &Record,
@@ -88,7 +89,7 @@ fn manipulated(record: &Record, controller: &Controller, column: usize, call: us
     record.trace().means(column, &[call], controller.period_in_calls(record.step()))[0]
 }
 
-/// A controller with its settings in force in a call.
+/// A controller with the settings in force in a call.
 fn in_force(home: &dyn Fmus, record: &Record, own: &Member, call: usize) -> Result<(Controller, Values)> {
     let mut controller = Controller::new(home, own)?;
     let mut values = own.values.clone();
@@ -133,7 +134,7 @@ pub(super) struct Disturbance {
 /// size is that of the controller's own disturbance, or the compensating change of the manipulated value.
 ///
 /// # Errors
-/// The reason why it cannot be predicted.
+/// Why it cannot be predicted.
 pub(super) fn disturbance(
     home: &dyn Fmus,
     record: &Record,
@@ -172,7 +173,7 @@ pub(super) fn disturbance(
     Ok(Some(Disturbance { load, figures }))
 }
 
-/// The figures of a disturbance, predicted and of the run.
+/// The figures of a disturbance, predicted and measured.
 pub(super) fn disturbance_side_by_side(
     page: &mut String,
     of: &Disturbance,
@@ -262,7 +263,7 @@ fn signed(value: f64) -> String {
     if digits > 0.0 { format!("+{}", short(digits)) } else { short(digits) }
 }
 
-/// The figures of the prediction and of the run side by side.
+/// The predicted and measured figures side by side.
 pub(super) fn side_by_side(
     page: &mut String,
     of: &Predicted,
@@ -285,7 +286,7 @@ pub(super) fn side_by_side(
     Ok(())
 }
 
-/// Predicted figures, by their keys, beside those of the run.
+/// Predicted figures, by key, next to those of the run.
 fn table(page: &mut String, predicted: &[(&'static str, f64)], figures: &Figures) -> Result<()> {
     let row = |figure: &Figure| {
         let (_, predicted) = predicted.iter().find(|(key, _)| *key == figure.key)?;
@@ -314,8 +315,8 @@ pub(super) fn beside(
     Ok(())
 }
 
-/// The part of the run with the step, and a short time before it; `None` if the step covers most of the run and no
-/// prediction is drawn beside it.
+/// The part of the run with the step, including a short time before it; `None` if the step covers most of the run and
+/// no prediction is drawn with it.
 pub(super) fn part(record: &Record, figures: &Figures, is_predicted: bool) -> Option<(f64, f64)> {
     let (from, to) = (figures.from, figures.to);
     let run = record.time(record.calls().checked_sub(1)?) - record.time(0);

@@ -1,5 +1,5 @@
-//! Processing of the rows of a run by `plcfmu run`: writes them, and keeps a bounded number for drawing and the signals
-//! of the figures.
+//! Processes the rows of a `plcfmu run`: writes them, and keeps a bounded number for drawing, and the signals for the
+//! figures.
 
 use anyhow::{Context, Result};
 use control::figures::{Figure, Happened, Set, Signals, Span, Window, Wiring};
@@ -15,16 +15,16 @@ use run::trace::Trace;
 use serde::Serialize;
 use std::io::{ErrorKind, Write};
 
-/// The figures of longer runs are those of a study: here they would fill the memory.
+/// Figures of longer runs require a study: here, they would exhaust the memory.
 const MOST_CALLS: usize = 2_000_000;
 
-/// A drawing has at most this many points: each two of them are the extremes of a part of the run.
+/// The maximum number of points in a drawing: each pair of points holds the extremes of a part of the run.
 const POINTS: usize = 8192;
 
 /// Writes the recording during the run, and keeps the data needed at its end.
 pub(super) struct Recorder<'a, 'w> {
     kept: Kept<'a>,
-    /// The recording as CSV, if it is wanted.
+    /// The recording as CSV, if requested.
     csv: Option<&'w mut dyn Write>,
     /// Whether the reader of the CSV is gone.
     is_closed: bool,
@@ -61,7 +61,7 @@ pub(super) struct Kept<'a> {
     pub rows: usize,
     /// The number of recorded rows.
     pub recorded: usize,
-    /// The last row, as the FMUs gave it.
+    /// The last row, as returned by the FMUs.
     cells: Vec<f64>,
     /// The last row.
     pub last: Vec<f64>,
@@ -70,9 +70,9 @@ pub(super) struct Kept<'a> {
 /// The figures of a run.
 #[derive(Debug, Serialize)]
 pub(super) struct Figures {
-    /// Those of the last step and of the last disturbance.
+    /// The figures of the last step and of the last disturbance.
     pub last: Vec<Told>,
-    /// Each step and each disturbance with its own.
+    /// Each step and each disturbance with its figures.
     pub events: Vec<Of>,
 }
 
@@ -93,16 +93,16 @@ pub(super) struct Told {
     pub key: &'static str,
     /// Its title.
     pub title: &'static str,
-    /// Its value; without one, `why` states the reason.
+    /// Its value; if missing, `why` gives the reason.
     pub value: Option<f64>,
     /// Its unit.
     pub unit: Option<String>,
-    /// The reason why it has no value.
+    /// Why it has no value.
     pub why: Option<String>,
 }
 
 impl<'a, 'w> Recorder<'a, 'w> {
-    /// For the rows of a plan: one of `every` rows is written to `csv` and drawn.
+    /// Creates a recorder for the rows of a plan: one in `every` rows is written to `csv` and drawn.
     pub(super) fn new(
         system: &'a System,
         plan: &'a Plan,
@@ -134,10 +134,10 @@ impl<'a, 'w> Recorder<'a, 'w> {
         Recorder { kept, csv, is_closed: false }
     }
 
-    /// After the last row. A run that an FMU has ended may end between two rows that are recorded.
+    /// Called after the last row. If an FMU ends the run, it may end between two recorded rows.
     ///
     /// # Errors
-    /// The row of the end cannot be written.
+    /// The last row cannot be written.
     pub(super) fn finish(mut self) -> Result<Kept<'a>> {
         let Kept { plan, rows, every, .. } = self.kept;
         if rows > 0 && !(rows - 1).is_multiple_of(every) && rows <= plan.steps {
@@ -155,7 +155,7 @@ impl<'a, 'w> Recorder<'a, 'w> {
         }
         let Some(csv) = self.csv.as_mut().filter(|_| !self.is_closed) else { return Ok(()) };
         match write_cells(*csv, &self.kept.plan.columns, time, cells) {
-            // Whoever reads may stop when it has enough, as `head` does.
+            // The reader may stop early, as `head` does.
             Err(error) if error.kind() == ErrorKind::BrokenPipe => self.is_closed = true,
             written => written.context("the recording")?,
         }
@@ -170,14 +170,14 @@ impl Kept<'_> {
         self.plan.columns.iter().position(|column| column.name == name)
     }
 
-    /// The process value that is compared with the setpoint. An analog word is not.
+    /// The process value that is compared with the setpoint, which an analog word is not.
     pub(super) fn process_value(&self) -> Option<usize> {
         let input = || self.column(self.roles.process_value.as_ref());
         let is_word = |at: &usize| !self.plan.columns[*at].kind.is_floating();
         self.column(self.roles.shown_process_value.as_ref()).or_else(|| input().filter(|at| !is_word(at)))
     }
 
-    /// The reason why there are no figures.
+    /// Why there are no figures.
     fn why_none(&self) -> String {
         let Some(([setpoint, Some(process_value), _], first)) =
             Some(self.roles.signals()).zip(self.plan.members.first()).filter(|([setpoint, ..], _)| setpoint.is_some())
@@ -194,7 +194,7 @@ impl Kept<'_> {
     /// The times and the curves of all columns that are drawn.
     pub(super) fn curves(&self) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
         let trace = self.drawn.as_ref()?;
-        // The last row is that of the end.
+        // The last row is the end of the run.
         let time = |call: usize| self.plan.time((call * self.every).min(self.rows - 1));
         let columns: Vec<usize> = (0..self.plan.columns.len()).collect();
         let curves = trace.curves(&columns, 0..trace.calls(), POINTS);
@@ -221,13 +221,13 @@ impl Kept<'_> {
         if let Some((_, values)) = &self.manual {
             return values[..calls].to_vec();
         }
-        // Times of calls have roundings.
+        // The times of calls are rounded.
         let slack = self.times.windows(2).next().map_or(0.0, |pair| 1e-6 * (pair[1] - pair[0]));
         let at = |time: &f64| self.switched.iter().rev().find(|(since, _)| *since <= time + slack);
         self.times[..calls].iter().map(|time| at(time).is_some_and(|(_, is_manual)| *is_manual)).collect()
     }
 
-    /// The figures of the loop, or the reason in a sentence if there are none.
+    /// The figures of the loop, or a sentence on why there are none.
     pub(super) fn figures(&self) -> Result<Figures, String> {
         if self.signals.is_none() {
             return Err(self.why_none());
@@ -236,7 +236,7 @@ impl Kept<'_> {
             return Err(format!("no figures: the run has more than {MOST_CALLS} steps, plcfmu study has them"));
         }
         let travel_unit = self.travel_unit.as_deref();
-        // The end has no call.
+        // No call is made at the end.
         let calls = self.times.len().saturating_sub(1);
         let pulses: Vec<Vec<bool>> = self.pulses.iter().map(|(_, values)| values[..calls].to_vec()).collect();
         let [setpoint, value, output] = self.values.each_ref().map(|values| &values[..calls.min(values.len())]);
@@ -244,7 +244,7 @@ impl Kept<'_> {
             times: &self.times[..calls],
             setpoint,
             process_value: value,
-            // The mean of pulses does not travel.
+            // The mean of pulses has no travel.
             manipulated_value: if pulses.is_empty() { output } else { &[] },
             pulses: &pulses,
             manual: &self.manual(calls),
@@ -276,7 +276,7 @@ impl Kept<'_> {
 
 impl Rows for Recorder<'_, '_> {
     fn are_wanted(&self) -> bool {
-        // Without outputs, the signals of the figures alone are kept.
+        // Without outputs, only the signals for the figures are kept.
         self.csv.is_some() || self.kept.drawn.is_some() || self.kept.plan.steps <= MOST_CALLS
     }
 
