@@ -219,7 +219,7 @@ fn interrupted() -> Result<impl Future<Output = ()>> {
 /// Ends when the user interrupts the command.
 #[cfg(windows)]
 fn interrupted() -> Result<impl Future<Output = ()>> {
-    let mut interrupts = tokio::signal::windows::ctrl_c().context("the system does not report Ctrl-C")?;
+    let mut interrupts = tokio::signal::windows::ctrl_c().context("cannot register a handler for Ctrl-C")?;
     Ok(async move {
         interrupts.recv().await;
     })

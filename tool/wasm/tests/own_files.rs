@@ -418,7 +418,7 @@ fn a_limit_changed_by_hand_is_not_taken_for_manual_mode() {
         assert!(matches!(&since.change, Change::Setting { name, value: Value::Number(50.0), .. } if name == "LMN_HLM"));
     }
     // With 3 decimals, manual mode would do.
-    assert!(by_hand(Some(3)).remarks.iter().any(|remark| remark.contains("stands still")));
+    assert!(by_hand(Some(3)).remarks.iter().any(|remark| remark.contains("is constant")));
 }
 
 /// A loop with a dead time of 1 s that has settled when a disturbance of 6 comes at 180 s: the manipulated value jumps, and stands still for

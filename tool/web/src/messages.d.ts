@@ -30,7 +30,7 @@ export type BodeRequest = {
 model: Model,
 /** The controller with the settings of the first loop. */
 controller: Member,
-/** The settings in which each further loop differs, such as those of a rule. */
+/** The settings in which each additional loop differs, such as those of a rule. */
 others: Array<Values>, };
 
 /** A call of an instance. */
@@ -498,7 +498,7 @@ modelled: Array<number>,
 /** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
-/** The data to identify a plant from, and how. */
+/** The data from which to identify a plant, and the method. */
 export type IdentifyRequest = {
 /** The recorded step. */
 data: Data,
@@ -850,7 +850,7 @@ export type Ratio = {
 ratio: number,
 /** The model to tune the controller with: the weaker gain, the longer dead time. */
 model: Model,
-/** Remarks for the user, a sentence each. */
+/** Remarks for the user, one sentence each. */
 remarks: Array<string>, };
 
 /** A heating and a cooling step. */
@@ -926,7 +926,7 @@ export type Replayed = {
 columns: Array<[string, string]>,
 /** The number of calls made. */
 calls: number,
-/** One for each output that the file has. */
+/** One for each output in the file. */
 outputs: Array<Compared>,
 /** The settings in which the recording differs from the loop: it was replayed with the recorded ones. */
 settings: Array<Change>,
@@ -935,7 +935,7 @@ settings: Array<Change>,
  * were used.
  */
 moving: Array<Moving>,
-/** The explanations tried, the best first. */
+/** The explanations tried, best first. */
 suspects: Array<Suspect>,
 /** The conclusion. */
 conclusion: Conclusion,
@@ -944,7 +944,7 @@ conclusion: Conclusion,
  * them.
  */
 doubt: Doubt | null,
-/** Remarks for the user, a sentence each. */
+/** Remarks for the user, one sentence each. */
 remarks: Array<string>, };
 
 /** A recording that was replayed through the block. */
@@ -1242,9 +1242,9 @@ export type Suspect = {
 changes: Array<Change>,
 /** The change made during the recording, if any. */
 since: Since | null,
-/** From where to where the value of the only number among them explains the recording as well. */
+/** The range of values of the only number among the changes that explain the recording as well. */
 range: [number, number] | null,
-/** Other settings with which it would have another value and explain the recording as well. */
+/** Other settings with which this number would have another value and explain the recording as well. */
 confused: Array<string>,
 /** The changed settings with their values in the loop; at the end of the recording, if one changed during it. */
 values: Values,
@@ -1252,11 +1252,11 @@ values: Values,
 different: number,
 /** The largest difference. */
 largest: number,
-/** Whether nothing differs any more. */
+/** Whether no difference remains. */
 fits: boolean,
 /** Whether it is certain: no other explanation covers everything, and its values are unambiguous. */
 is_sure: boolean,
-/** Whether it fits only if the last row, which repeats all outputs, is no call. */
+/** Whether it fits only if the last row, which repeats all outputs, is not a call. */
 ends_without_call: boolean, };
 
 /** The mean of variables over an input. */
@@ -1295,9 +1295,9 @@ controller: Member,
  * or three dead times for lambda.
  */
 closed_loop?: number | null,
-/** The same as a place on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence. */
+/** This time constant as a position on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence. */
 pace?: number | null,
-/** The step of the setpoint that is predicted. */
+/** The setpoint step to predict. */
 step: Step,
 /**
  * Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above 0: 2 % of the last
@@ -1311,13 +1311,13 @@ exchange: Exchange, };
 
 /** Settings and their predicted effects. */
 export type Tuned = {
-/** The settings in the block's form, by the block's names, the switches of the structure included. */
+/** The settings in the block's form, by the block's names, including the switches of the structure. */
 values: Values,
 /** The dead time that was used: the model's, half a cycle, half a pulse period. */
 dead_time: number,
 /** The time constant of the closed loop that the rule was given, if it takes one. */
 closed_loop: number | null,
-/** The same as a position on a scale from calm, 0, to fast, 1, as the request may specify it. */
+/** This time constant as a position on a scale from calm, 0, to fast, 1, as the request may specify it. */
 pace: number | null,
 /** The largest sensitivity. */
 sensitivity: number | null,
@@ -1332,7 +1332,7 @@ predicted: Predicted,
  * `overshoot`, `settling`, `travel`, and `deviation`, `recovery` and `iae` of the load.
  */
 absent: { [key in string]: string },
-/** Remarks for the user, a sentence each. */
+/** Remarks for the user, one sentence each. */
 remarks: Array<string>, };
 
 /** The origin of computed settings, and their predicted effects. */
