@@ -1,7 +1,7 @@
 //! The table of a block in JSON, as its library returns it. Nothing here depends on the version of FMI.
 
 use crate::error::{Error, shortened};
-use blocks::table::number::{number, of_exact, to_value};
+use blocks::table::number::{of_exact, to_value};
 use blocks::{Characteristic, Kind, Response, Role, Row, Table, Text, TextType, Time, Value};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
@@ -175,10 +175,12 @@ pub(crate) fn check(table: &Table) -> Result<(), Error> {
             return wrong(format!("the cycle is row {}, but there are only {rows} rows", table.cycle));
         }
     }
-    let is_finite =
-        |row: &Row| [Some(row.start()), row.least(), row.greatest()].iter().flatten().all(|of| of.is_finite());
-    if let Some(Row { name, start, .. }) = table.rows.iter().find(|row| !is_finite(row)) {
-        return wrong(format!("{name} starts at {:?}: give every start, min and max a finite number", number(*start)));
+    for row in &table.rows {
+        let numbers = [("starts at", Some(row.start())), ("has min", row.least()), ("has max", row.greatest())];
+        if let Some((what, Some(number))) = numbers.into_iter().find(|(_, of)| of.is_some_and(|of| !of.is_finite())) {
+            let name = &row.name;
+            return wrong(format!("{name} {what} {number:?}: give every start, min and max a finite number"));
+        }
     }
     if let Some(mean) = table.mean
         && table.rows.get(mean).is_none_or(|row| row.role != Role::Output)
