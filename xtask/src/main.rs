@@ -83,8 +83,7 @@ fn dispatch(command: Command) -> Result<()> {
             make::run(&workspace, &options)
         }
         Command::Test(options) => test::test(&workspace, &options),
-        // No loop runs a program, and their library takes long to compile.
-        Command::Demo(options) => demo::demo(&Workspace { programs: None, ..workspace }, &options),
+        Command::Demo(options) => demo::demo(workspace, &options),
         Command::Docs(options) => docs::docs(&workspace, &options),
         Command::Release(options) => release::release(&workspace, &options),
     }
