@@ -47,9 +47,9 @@ const MOST_CALLS: usize = 200_000;
 const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];
 /// Extensions up to this factor are always allowed; longer ones only if the plant itself is slower.
 const SURELY_LONGER: usize = 4;
-/// A manipulated value that stays constant over this fraction of the calls is at a limit.
+/// A manipulated value that is the same in more than this fraction of the later calls is at a limit.
 const STAYS: f64 = 0.9;
-/// The first calls after the step, all of which are shown; of the others, about as many again and four times as many.
+/// This many calls before and after the step are all shown; of the later ones, at most four times as many.
 const ALL_SHOWN: usize = 200;
 /// The names of the two members.
 const CONTROLLER: &str = "CONTROLLER";
