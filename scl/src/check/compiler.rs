@@ -46,7 +46,7 @@ pub struct Compiler<'a> {
     pub program: Program,
     /// The blocks of the sources, by name.
     pub names: HashMap<String, BlockId>,
-    /// Blocks that an earlier source also has, with different text.
+    /// Blocks that an earlier source also declares, with different text.
     pub copies: Vec<Twin>,
     /// The blocks of the library, by name.
     pub library: HashMap<String, BlockId>,
@@ -59,24 +59,25 @@ pub struct Compiler<'a> {
     pub globals: HashMap<String, State<Global>>,
     /// The kind of timer or counter of each variable of a generic type, by the last name of its path.
     pub kinds: HashMap<String, String>,
-    /// The tags that the options declare, by name.
+    /// The tags declared in the options, by name.
     pub declared: HashMap<String, &'a Tag>,
-    /// The tags that have an address, by their area and bits.
+    /// The names of the tags that have an address, by area and bit range.
     pub by_address: OnceCell<HashMap<(char, Range<u64>), String>>,
-    /// Declarations outside of blocks, by name: source index, section and member.
+    /// Declarations outside blocks, by name: source index, section and member.
     pub global_members: HashMap<String, (usize, &'a Section, &'a Member)>,
     /// Blocks to be compiled as stubs, by name.
     pub stubs: HashSet<String>,
-    /// Whether system blocks that need PLC hardware count as missing, to be declared later, instead of as errors.
+    /// Whether system blocks that need PLC hardware are treated as undeclared, to be declared later, rather than as
+    /// errors.
     pub assumes: bool,
     pub undeclared: BTreeMap<String, Undeclared>,
     /// The call graph: caller, callee, and the location of the call.
     pub calls: Vec<(usize, usize, Span)>,
-    /// The truth values to record when they are evaluated: source index and expression.
+    /// The Boolean expressions to record when they are evaluated: source index and expression.
     pub watched: HashSet<(usize, ExpressionId)>,
-    /// The places in which they are recorded.
+    /// Where they are recorded.
     pub notes: Vec<Note>,
-    /// The total size of all records in bytes, to reject types too large for any memory.
+    /// The total size of all records in bytes, used to reject types that no CPU memory can hold.
     pub bytes: usize,
 }
 
@@ -124,13 +125,13 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// The upper-case name of the tag at an address; `None` if no tag has it, or if it is none.
+    /// The upper-case name of the tag at an address; `None` if no tag has this address or the string is not an address.
     pub fn tag_at(&self, address: &str) -> Option<&str> {
         let by_address = self.by_address.get_or_init(|| {
             let names = self.global_members.keys().chain(self.declared.keys());
             let placed = names.filter_map(|name| Some((tags::bits(&self.address(name)?)?, name.clone())));
             let mut all: Vec<_> = placed.collect();
-            // Of several tags at one address the first by name.
+            // If several tags share an address, the first by name wins.
             all.sort_unstable_by(|one, other| other.1.cmp(&one.1));
             all.into_iter().collect()
         });
@@ -150,7 +151,7 @@ impl<'a> Compiler<'a> {
     }
 }
 
-/// A further copy of a block, with different text.
+/// Another copy of a block, with different text.
 pub struct Twin {
     /// The first block of that name.
     pub first: BlockId,
@@ -202,7 +203,7 @@ pub struct Parameter {
     pub slot: Slot,
     /// The author's comment on it.
     pub comment: String,
-    /// Whether it is a setpoint, a value for the user to set.
+    /// Whether it is marked as a setpoint (`S7_SETPOINT`), a value for the user to set.
     pub is_setting: bool,
     /// Whether it is hidden from the user.
     pub is_hidden: bool,
@@ -246,7 +247,7 @@ impl Global {
     }
 }
 
-/// Where a truth value is recorded when it is evaluated: in a local of a function, which is 0 until then.
+/// Where a Boolean expression is recorded when it is evaluated: a local of a function, which is 0 until then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Note {
     /// The source index.
@@ -273,11 +274,11 @@ pub enum Operand {
     Whole(i128),
     /// An untyped floating-point literal, as LREAL and as REAL.
     Fraction(f64, f32),
-    /// A text, and whether its characters are 16 bits wide, if known.
+    /// A string, and whether its characters are 16 bits wide, if known.
     Text(Vec<u16>, Option<bool>),
     /// A scalar of elementary type.
     Value(Elementary, Expr),
-    /// A structure, array, text or instance.
+    /// A structure, array, string or instance.
     Variable(Type, Place),
     /// An expression already reported as an error, with the undeclared name if that is the cause.
     Wrong(Option<Missing>),
@@ -294,12 +295,12 @@ pub struct View {
     pub behind: String,
     /// The type of the view.
     pub of: Type,
-    /// The location of its declaration.
+    /// The location of the viewed variable's name in the declaration.
     pub span: Span,
 }
 
 impl From<SectionKind> for ir::Section {
-    /// Maps the section of a declaration to that of the program, which says who sets and who reads a member.
+    /// Maps a declaration section to the program's section, which specifies who writes a member and who reads it.
     fn from(section: SectionKind) -> ir::Section {
         match section {
             SectionKind::Input => ir::Section::Input,

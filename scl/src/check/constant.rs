@@ -7,13 +7,13 @@ use parameters::problem::with_article;
 /// A literal.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Literal {
-    /// An integer; without a type of its own it takes the type its context requires.
+    /// An integer; without a type prefix, it takes the type its context requires.
     Whole(i128, Option<Elementary>),
     /// A number with a fraction, as LREAL and as REAL.
     Fraction(f64, f32, Option<Elementary>),
     /// TRUE or FALSE.
     Truth(bool),
-    /// A text, and whether its type says that its characters have 16 bits.
+    /// A string, and whether its prefix specifies 16-bit characters.
     Text(Vec<u16>, Option<bool>),
     /// A point in time: year, month, day, hour, minute, second, nanosecond.
     Moment([u32; 7]),
@@ -22,7 +22,7 @@ pub(crate) enum Literal {
 /// Reads a literal.
 ///
 /// # Errors
-/// The expected literal, as a part of a sentence, and the remedy.
+/// The expected literal, as a phrase for the error message, and a remedy.
 pub(crate) fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
     if text.starts_with('\'') {
         return Ok(Literal::Text(characters(text), None));
@@ -105,11 +105,11 @@ fn number(text: &str, of: Option<Elementary>) -> Result<Literal, (String, Option
         ("a number".to_string(), help.filter(|_| !text.contains('#')))
     })?;
     match of {
-        // Hexadecimal digits of a signed type are its bits.
+        // With a base, the digits specify the bits of a signed type.
         Some(of) if text.contains('#') && whole > of.range().1 && whole < 1 << of.bits() => {
             Ok(Literal::Whole(whole - (1 << of.bits()), Some(of)))
         }
-        // -1 for a bit string is all bits.
+        // A negative bit string is its two's complement: -1 sets all bits.
         Some(of) if of.class() == Class::Bits && whole < 0 && -whole <= 1 << (of.bits() - 1) => {
             Ok(Literal::Whole(whole + (1 << of.bits()), Some(of)))
         }
@@ -131,7 +131,7 @@ fn in_range(whole: i128, of: Elementary) -> Result<i128, (String, Option<&'stati
     Err((format!("{} of {low} to {high}{unit}", with_article(of.name())), None))
 }
 
-/// The characters of a text in apostrophes.
+/// The characters of a string literal in single quotes, as UTF-16.
 fn characters(text: &str) -> Vec<u16> {
     let inner = text.strip_prefix('\'').and_then(|text| text.strip_suffix('\'')).unwrap_or(text);
     let mut characters = inner.chars().peekable();
@@ -159,7 +159,7 @@ fn characters(text: &str) -> Vec<u16> {
     units
 }
 
-/// A date or a time of day as its CPU counts it.
+/// A date or a time of day as encoded by the CPU.
 fn date(text: &str, of: Elementary) -> Result<i128, (String, Option<&'static str>)> {
     const DAY: i128 = 86_400;
     const SECOND: i128 = 1_000_000_000;
@@ -181,12 +181,12 @@ fn date(text: &str, of: Elementary) -> Result<i128, (String, Option<&'static str
 
 /// The days since 0000-03-01.
 fn days(year: u32, month: u32, day: u32) -> i128 {
-    // The year begins in March, so that the leap day is its last one.
+    // Years start in March, so that the leap day comes last.
     let (year, month) = if month < 3 { (i128::from(year) - 1, month + 9) } else { (i128::from(year), month - 3) };
     365 * year + year / 4 - year / 100 + year / 400 + i128::from((153 * month + 2) / 5 + day) - 1
 }
 
-/// `2020-01-02-03:04:05.6`.
+/// Parses a point in time such as `2020-01-02-03:04:05.6`.
 fn moment(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
     let wrong = || ("a DTL such as DTL#2020-01-02-03:04:05.6".to_string(), None);
     let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));

@@ -302,7 +302,7 @@ impl Compiler<'_> {
         self.type_of(written, file, symbols)
     }
 
-    /// Documents how a member was declared.
+    /// Records how a member was declared.
     pub fn declare_member(&mut self, record: usize, number: usize, section: ir::Section, of: &Type) {
         let of = match of {
             Type::Array(array) => array.of.elementary(),
@@ -312,7 +312,7 @@ impl Compiler<'_> {
         self.program.docs.declared.insert((record, number), ir::Declared { section, of });
     }
 
-    /// Adds a record, or reports an error if the memory would become too large.
+    /// Adds a record, or reports an error if memory would become too large.
     fn add_record(&mut self, name: &str, members: Vec<(String, ir::Type)>, span: Span) -> usize {
         let size = members.iter().fold(0usize, |size, (_, of)| size.saturating_add(self.program.size(of)));
         if self.bytes.saturating_add(size) > MOST_MEMORY {
@@ -323,7 +323,7 @@ impl Compiler<'_> {
         self.program.add_record(name, members)
     }
 
-    /// The interface of the block named at `named`.
+    /// The interface of a block; `named` is where the source names it.
     pub fn interface(&mut self, id: BlockId, named: Span) -> Option<usize> {
         match self.block_of.get(&id) {
             Some(State::Known(block)) => return Some(*block),
@@ -524,7 +524,7 @@ impl Compiler<'_> {
         symbols
     }
 
-    /// A data block or any other global name.
+    /// A data block or another global variable, by its upper-case name.
     pub fn global(&mut self, name: &str) -> Option<Global> {
         match self.globals.get(name) {
             Some(State::Known(global)) => return Some(global.clone()),
@@ -585,12 +585,12 @@ impl Compiler<'_> {
         global
     }
 
-    /// Whether the block is to be compiled as a stub.
+    /// Whether to compile the block as a stub.
     fn is_stub(&self, block: &SourceBlock) -> bool {
         block.kind == BlockKind::FunctionBlock && (self.stubs.contains(&block.name.key()) || block.is_stub())
     }
 
-    /// A global declared outside of blocks, by a source or by the options.
+    /// A global declared outside blocks, in a source or in the options.
     fn declared(&mut self, name: &str) -> Option<Global> {
         if let Some((file, section, member)) = self.global_members.get(name).copied() {
             return self.global_member(name, file, section, member);
@@ -614,7 +614,7 @@ impl Compiler<'_> {
         Some(global)
     }
 
-    /// The value of a constant declared outside of blocks.
+    /// The value of a constant declared outside blocks.
     pub fn global_constant(&mut self, name: &str) -> Option<Operand> {
         let (file, section, member) = self.global_members.get(name).copied()?;
         let (SectionKind::Constant, Some(Start::Value(value))) = (section.kind, &member.start) else { return None };
@@ -637,7 +637,7 @@ impl Compiler<'_> {
         for (target, _) in targets {
             let mut lowerer = Lowerer::of_constants(self, file, nothing());
             let Some((place, of)) = lowerer.member_of(global, *target) else {
-                // An instance may have members that its stub lacks.
+                // The data block may set members that the stub of its block lacks.
                 if matches!(global.of, Type::Instance(block) if self.blocks[block].is_stub) {
                     self.report.forget(statement.span);
                 }
@@ -651,7 +651,7 @@ impl Compiler<'_> {
     }
 }
 
-/// The integer type behind a type for hardware identifiers, connections or organization blocks.
+/// The elementary type of a hardware identifier, connection or organization block type.
 fn number_of_hardware(name: &str) -> Option<Elementary> {
     match name {
         "PORT" | "RTM" | "PIP" => Some(Elementary::UInt),
@@ -687,7 +687,7 @@ enum Storage {
 }
 
 impl Declared<'_> {
-    /// The parameter of an interface whose function has `parameters` parameters.
+    /// Converts it to a parameter of an interface whose function has `parameters` parameters.
     fn parameter(self, parameters: usize) -> Parameter {
         let Declared { name, member, section, is_retained, of, storage } = self;
         Parameter {

@@ -1,11 +1,11 @@
-//! Warns of temporaries that are read before they are written.
+//! Warns about temporaries that are read before they are written.
 
 use crate::check::compiler::{BlockId, Compiler};
 use crate::front::lexer::Span;
 use crate::ir::{Argument, At, Base, Call, Expr, Place, Statement, Step, What};
 use std::collections::BTreeSet;
 
-/// Warns of each temporary of a block that some path reads before writing it. Its value is then 0.
+/// Warns about each temporary of a block that some path reads before writing it. Its value is then 0.
 pub(crate) fn unwritten(compiler: &mut Compiler, (file, _): BlockId, temps: &[(usize, String)], code: &[Statement]) {
     if temps.is_empty() || file == compiler.library_file() {
         return;
@@ -46,7 +46,8 @@ impl Flow<'_> {
         }
     }
 
-    /// The temporaries definitely written after statements that may not run.
+    /// Returns the temporaries definitely written once these statements have run; leaves `written` unchanged, because
+    /// they may not run.
     fn branch(&mut self, code: &[Statement]) -> BTreeSet<usize> {
         let before = self.written.clone();
         self.statements(code);

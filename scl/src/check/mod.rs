@@ -1,8 +1,8 @@
-//! Names and types. Takes the tree of each source; gives what every name declares: types, interfaces of blocks, global
-//! variables and constants, all in the state of one compilation ([`compiler`]). Names that no source declares are
-//! collected with their uses ([`undeclared`]).
+//! Names and types: turns the tree of each source into declarations (types, block interfaces, global variables and
+//! constants), all held in the state of one compilation ([`compiler`]). Names that no source declares are collected
+//! together with their uses ([`undeclared`]).
 //!
-//! Bounds, constants and start values are expressions, so declaring calls [`lower`](crate::lower).
+//! Bounds, constants and start values are expressions, so declaring them calls [`lower`](crate::lower).
 
 pub(crate) mod compiler;
 pub(crate) mod constant;

@@ -172,7 +172,7 @@ impl Starting<'_, '_> {
         }
     }
 
-    /// Writes the value of a part.
+    /// Writes the start value of the part at `path`.
     fn part(&mut self, of: &Type, path: &[PathStep], value: ExpressionId, span: Span, bytes: &mut [u8]) {
         let Some((part, rest)) = path.split_first() else {
             return self.write(of, &Start::Value(value), bytes);
@@ -276,7 +276,7 @@ impl Starting<'_, '_> {
     }
 }
 
-/// Writes a text, truncated to its capacity.
+/// Writes a string, truncated to its capacity.
 pub(crate) fn write_text(of: &Type, text: &[u16], bytes: &mut [u8]) {
     let Type::Text { capacity, wide } = of else { return };
     let length = text.len().min(usize::from(*capacity));

@@ -82,7 +82,7 @@ elementary! {
 }
 
 impl Elementary {
-    /// The elementary type of this name, in upper case.
+    /// The elementary type with this upper-case name.
     pub fn named(name: &str) -> Option<Elementary> {
         match name {
             "TIME_OF_DAY" => Some(Elementary::Tod),
@@ -138,7 +138,7 @@ impl Elementary {
         if self.scalar().is_signed() { (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { (0, (1 << bits) - 1) }
     }
 
-    /// The type in which values of two types are computed or compared; `None` if there is none.
+    /// The common type in which values of two types are computed or compared, if any.
     pub fn common(self, other: Elementary) -> Option<Elementary> {
         use Class::{Bits, Integer, Real};
         if self == other {
@@ -169,7 +169,7 @@ impl Elementary {
 pub enum Type {
     /// An elementary type.
     Elementary(Elementary),
-    /// A text.
+    /// A string.
     Text {
         /// The maximum number of characters.
         capacity: u16,
@@ -262,7 +262,7 @@ pub struct Field {
     pub is_retained: bool,
 }
 
-/// The name of the type of texts, with wide characters or without.
+/// The name of the string type, with wide characters or without.
 pub(crate) fn text_name(wide: bool) -> &'static str {
     if wide { "WSTRING" } else { "STRING" }
 }
@@ -281,8 +281,8 @@ impl Type {
         matches!(self, Type::Wrong | Type::Missing(_))
     }
 
-    /// Whether a variable of one type may be assigned to one of the other: texts of any capacity, arrays with equal
-    /// numbers of elements, structures with equal members.
+    /// Whether a variable of one type may be assigned to one of the other: strings of any capacity, arrays with as many
+    /// elements in each dimension, structures with equal members.
     pub fn is_like(&self, other: &Type) -> bool {
         match (self, other) {
             (Type::Text { wide: one, .. }, Type::Text { wide: other, .. }) => one == other,
@@ -296,7 +296,7 @@ impl Type {
         }
     }
 
-    /// Whether it is passed as a number, not as a variable.
+    /// Whether it is elementary, and therefore passed as a value rather than as a variable.
     pub fn is_elementary(&self) -> bool {
         matches!(self, Type::Elementary(_))
     }

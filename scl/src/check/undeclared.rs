@@ -46,12 +46,12 @@ pub enum UndeclaredStep {
 }
 
 impl Missing {
-    /// The whole of a name.
+    /// The whole of what a name denotes.
     pub fn whole(name: impl Into<String>) -> Missing {
         Missing { name: name.into(), path: Vec::new() }
     }
 
-    /// A part of this one.
+    /// Extends the path by a step.
     pub fn part(mut self, part: UndeclaredStep) -> Missing {
         self.path.push(part);
         self
@@ -63,7 +63,8 @@ impl Missing {
 pub struct Uses {
     /// Its type as written in SCL, if the context determines it.
     pub of: Option<String>,
-    /// Whether the type is only the likeliest: of a variable to which 0 or 1 is written, or which is compared with another unknown.
+    /// Whether the type is only a likely guess: for a variable to which 0 or 1 is written, or that is compared with
+    /// another unknown.
     pub is_doubtful: bool,
     /// Whether something writes it.
     pub is_written: bool,
@@ -108,7 +109,7 @@ pub struct Undeclared {
     pub is_called: bool,
 }
 
-/// A message lists this many names at most.
+/// The maximum number of names listed in a message.
 pub(crate) const MOST_NAMES: usize = 10;
 
 impl Undeclared {
@@ -135,7 +136,7 @@ impl Undeclared {
 }
 
 impl Compiler<'_> {
-    /// Records an undeclared name, for a single message.
+    /// Records an undeclared name so that it is reported only once.
     pub fn miss(&mut self, name: &str, span: Span, what: What) -> Missing {
         let is_constant = || self.trees.iter().any(|tree| tree.constants.contains(&key(name)));
         let new = || Undeclared {
@@ -185,7 +186,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// An array that is missing has an element with these indices; `None` is one that is calculated.
+    /// Records the indices used to access an undeclared array; `None` stands for a computed index.
     pub fn index_missing(&mut self, array: &Missing, indices: &[Option<i32>]) {
         let Some(uses) = self.uses(array) else { return };
         uses.bounds.resize(uses.bounds.len().max(indices.len()), Bounds::default());
@@ -240,14 +241,14 @@ impl Compiler<'_> {
         }
     }
 
-    /// Records that an undeclared name is used where only a constant is possible.
+    /// Records that an undeclared name is used where only a constant is allowed.
     pub fn is_constant(&mut self, missing: &Missing) {
         if let Some(undeclared) = self.undeclared.get_mut(&missing.name) {
             undeclared.what = What::Constant;
         }
     }
 
-    /// Reports undeclared names: one message for all tags, and one for each other name, at most ten of a kind.
+    /// Reports undeclared names: one message for all tags, and one for each other name, up to [`MOST_NAMES`] per kind.
     pub fn tell_undeclared(&mut self) {
         let (tags, mut others): (Vec<Undeclared>, Vec<Undeclared>) = std::mem::take(&mut self.undeclared)
             .into_values()
@@ -331,7 +332,7 @@ impl What {
     }
 }
 
-/// The end of an abbreviated list of names.
+/// The end of a list of names that is cut short.
 fn more(count: usize) -> Option<String> {
     (count > MOST_NAMES).then(|| format!("and {} more", count - MOST_NAMES))
 }
