@@ -42,11 +42,11 @@ const fn expectation(kind: Kind) -> &'static str {
     match kind {
         Kind::Real => "a REAL such as 2.5 or 1.0e-3",
         Kind::LReal => "an LREAL such as 2.5 or 1.0e-3",
-        Kind::Time => "a TIME such as T#20S or T#1M30S500MS, with units in falling order",
+        Kind::Time => "a TIME such as T#20S or T#1M30S500MS, with units in descending order",
         Kind::Word => "a WORD such as W#16#6C00 or 27648",
         Kind::Int => "an INT such as 200",
         Kind::Bool => "a BOOL: TRUE or FALSE",
-        Kind::LTime => "an LTIME such as LT#20S or LT#1M30S500MS, with units in falling order",
+        Kind::LTime => "an LTIME such as LT#20S or LT#1M30S500MS, with units in descending order",
         Kind::Byte | Kind::DWord | Kind::LWord => "bits such as 16#6C00 or 27648",
         _ => "an integer such as 200",
     }
@@ -481,7 +481,7 @@ mod tests {
     #[test]
     fn units_of_a_time_stand_once_and_in_falling_order() {
         for literal in ["T#1S1M", "T#1S1S", "T#1MS1S", "T#1M1M", "T#20", "T#", "T#-", "T#S", "T#1X", "T#1_", "T#_1S"] {
-            assert_refused(literal, Kind::Time, "with units in falling order");
+            assert_refused(literal, Kind::Time, "with units in descending order");
         }
         for literal in ["20", "20S", "TRUE", "20.0", "T#1S_", "T#--1S", "T# 1S", "T#1S__1MS"] {
             assert_refused(literal, Kind::Time, "expected a TIME such as T#20S");

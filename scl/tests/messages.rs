@@ -135,9 +135,9 @@ fn what_has_no_value_outside_of_a_plc_is_refused() {
     refused("#i := S_ODT(T_NO := 1);", "use TON, TOF or TP");
     refused("#t := S5T#2S;", "S5 timers: use TON, TOF or TP with T#");
     refused("#i := BCD16_TO_INT(#w);", "BCD and S5TIME: work with INT and TIME");
-    refused("#i := #i^;", "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]");
-    refused("#i ?= 1;", "a pointer of this kind has no type here");
-    refused("#i := P#DB1.DBX0.0;", "a pointer of this kind has no type here");
+    refused("#i := #i^;", "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]");
+    refused("#i ?= 1;", "pointers of this kind are not supported");
+    refused("#i := P#DB1.DBX0.0;", "pointers of this kind are not supported");
 }
 
 #[test]
@@ -145,18 +145,18 @@ fn types_without_a_meaning_here_are_refused() {
     for of in ["Variant", "Any", "Pointer", "DB_ANY", "REF_TO Int"] {
         undeclarable(
             &format!("x : {of};"),
-            "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]",
+            "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]",
         );
     }
     for of in ["S5Time", "Timer", "Counter"] {
         undeclarable(&format!("x : {of};"), "S5 timers: use TON, TOF or TP");
     }
-    undeclarable("x : TO_SpeedAxis;", "hardware: feed its values through inputs");
+    undeclarable("x : TO_SpeedAxis;", "hardware: supply its values through inputs");
     undeclarable("x : PID_Compact;", "its law is not published; available are CONT_C");
-    undeclarable("x : Array[3..1] of Int;", "3..1 is not a range of an index");
+    undeclarable("x : Array[3..1] of Int;", "3..1 is not a valid index range");
     undeclarable(
         "x : Array[0..2000000000] of LReal;",
-        "this array has more than 64 MiB, which is more than the memory of a CPU",
+        "this array needs more than 64 MiB, which no CPU has",
     );
     undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use several dimensions");
     undeclarable("x : Int := 'text';", "expected INT, found a text");
@@ -246,7 +246,7 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
         "x : \"typeMotor\";",
         "no source declares the type \"typeMotor\"; in TIA Portal: Generate source from blocks",
     );
-    undeclarable("x : \"Pairs\";", "no source declares the type \"Pairs\"; \"Pair\" is declared: is it meant?");
+    undeclarable("x : \"Pairs\";", "no source declares the type \"Pairs\"; did you mean \"Pair\"?");
     // Where only a constant is allowed, the name is not a tag.
     let constant = "no source declares the constant \"MOST\"; --constant MOST=5 declares it";
     undeclarable("x : Array[1..\"MOST\"] of Int;", constant);
@@ -316,7 +316,7 @@ fn what_may_surprise_is_told() {
     warned("#r := #dw;", "DWORD becomes REAL: its number, not its bits");
     warned("#flag := #r = 0.1;", "REAL values are compared for equality; rounding may keep them from being equal");
     warned("#flag := #r < #l;", "REAL is compared with LREAL");
-    warned("#i := #temp;", "the temporary temp may be read before it is written: it is 0 then");
+    warned("#i := #temp;", "the temporary temp may be read before it is written; it is then 0");
     warned("IF #flag THEN #temp := 1; END_IF; #i := #temp;", "the temporary temp may be read before it is written");
     warned("CASE #i OF 1..3: ; 2: ; END_CASE;", "this value of CASE occurs twice: the first one applies");
     warned(
@@ -445,7 +445,7 @@ fn a_missing_type_is_not_said_to_be_a_function() {
         "FUNCTION Motor : INT BEGIN ; END_FUNCTION FUNCTION_BLOCK f VAR x : Motr; END_VAR BEGIN ; END_FUNCTION_BLOCK",
         None,
     );
-    assert!(errors.len() == 1 && !errors[0].contains("is it meant"), "{errors:#?}");
+    assert!(errors.len() == 1 && !errors[0].contains("did you mean"), "{errors:#?}");
     refused("#r := Filter_PT1(#r);", "FILTER_PT1 is not supported");
     refused("T_COMP(IN1 := #t);", "T_COMP is not supported");
 }

@@ -476,7 +476,7 @@ END_DATA_BLOCK
 ",
         &[
             "plant.awl:4:4: PUMP has no member `GIAN`; did you mean GAIN?",
-            "plant.awl:5:13: CYCLE: expected a TIME such as T#20S or T#1M30S500MS, with units in falling order, found \
+            "plant.awl:5:13: CYCLE: expected a TIME such as T#20S or T#1M30S500MS, with units in descending order, found \
              `S5T#20S`, which is an S5TIME; write T# instead of S5T#",
             "plant.awl:6:13: STEPS: expected an INT of -32768 ... 32767, found `40000`",
             "plant.awl:7:11: expected `:=` after `MAN_ON`, found `=`",

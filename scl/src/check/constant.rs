@@ -54,19 +54,19 @@ pub(crate) fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)
         "C" => return Err(("no BCD constant".into(), Some("write it as a number"))),
         "S5T" | "S5TIME" => return Err(("no S5TIME".into(), Some("S5 timers: use TON, TOF or TP with T#"))),
         "P" => {
-            let help = "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]";
+            let help = "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]";
             return Err(("no pointer".into(), Some(help)));
         }
         _ => match Elementary::named(&prefix) {
             Some(of) => of,
-            None => return Err(("a literal of a type that is known".into(), None)),
+            None => return Err(("a literal of a known type".into(), None)),
         },
     };
     match of.class() {
         Class::Time => {
             let resolution = if of == Elementary::Time { 1_000_000 } else { 1 };
             let count = literal::duration(rest, resolution).map_err(|reason| match reason {
-                Refusal::Form => "a duration such as T#20S or T#1M30S500MS, with units in falling order".to_string(),
+                Refusal::Form => "a duration such as T#20S or T#1M30S500MS, with units in descending order".to_string(),
                 Refusal::Range(range) => range.to_string(),
             });
             let count = count.map_err(|message| (message, None))?;
@@ -128,7 +128,7 @@ fn in_range(whole: i128, of: Elementary) -> Result<i128, (String, Option<&'stati
         Elementary::LTime => " ns",
         _ => "",
     };
-    Err((format!("{} of {low} to {high}{unit}", with_article(of.name())), None))
+    Err((format!("{} from {low} to {high}{unit}", with_article(of.name())), None))
 }
 
 /// The characters of a string literal in single quotes, as UTF-16.
@@ -225,7 +225,7 @@ mod tests {
         assert_eq!(whole("W#16#6C00"), (27648, Some(Elementary::Word)));
         assert_eq!(whole("INT#16#FFFF"), (-1, Some(Elementary::Int)));
         assert_eq!(whole("ULINT#16#FFFF_FFFF_FFFF_FFFF"), (u64::MAX.into(), Some(Elementary::ULInt)));
-        assert_eq!(read("SINT#128"), Err(("a SINT of -128 to 127".into(), None)));
+        assert_eq!(read("SINT#128"), Err(("a SINT from -128 to 127".into(), None)));
         assert_eq!(read("10ms"), Err(("a number".into(), Some("a duration begins with T#"))));
     }
 
@@ -234,7 +234,7 @@ mod tests {
         assert_eq!(whole("T#1m_30s"), (90_000, Some(Elementary::Time)));
         assert_eq!(whole("TIME#-1s"), (-1000, Some(Elementary::Time)));
         assert_eq!(whole("LT#1ms_5ns"), (1_000_005, Some(Elementary::LTime)));
-        assert_eq!(read("T#25d"), Err(("a TIME of -2147483648 to 2147483647 ms".into(), None)));
+        assert_eq!(read("T#25d"), Err(("a TIME from -2147483648 to 2147483647 ms".into(), None)));
         assert!(read("S5T#2S").unwrap_err().1.unwrap().contains("use TON, TOF or TP"));
     }
 

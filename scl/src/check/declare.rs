@@ -21,7 +21,7 @@ use std::rc::Rc;
 const MOST_MEMORY: usize = 64 << 20;
 
 fn too_large(what: &str) -> String {
-    format!("{what} more than {} MiB, which is more than the memory of a CPU", MOST_MEMORY >> 20)
+    format!("{what} more than {} MiB, which no CPU has", MOST_MEMORY >> 20)
 }
 
 impl Compiler<'_> {
@@ -41,7 +41,7 @@ impl Compiler<'_> {
                 };
                 let most = if *is_wide { 16382 } else { 254 };
                 if !(1..=most).contains(&capacity) {
-                    let message = format!("a text of {capacity} characters: 1 to {most} are possible");
+                    let message = format!("a string of {capacity} characters: 1 to {most} are possible");
                     self.error(written.span, message, None);
                     return Type::Wrong;
                 }
@@ -64,19 +64,19 @@ impl Compiler<'_> {
                     let (Some(low), Some(high)) = (low, high) else { return Type::Wrong };
                     let is_range = low <= high && i32::try_from(low).is_ok() && i32::try_from(high).is_ok();
                     if !is_range {
-                        self.error(written.span, format!("{low}..{high} is not a range of an index"), None);
+                        self.error(written.span, format!("{low}..{high} is not a valid index range"), None);
                         return Type::Wrong;
                     }
                     known.push((low as i32, high as i32));
                 }
                 if matches!(of, Type::Array(_) | Type::Open(..)) {
-                    let message = "an array of arrays";
+                    let message = "an array of arrays is not supported";
                     self.error(written.span, message, Some("use several dimensions: ARRAY[0..1, 0..2]"));
                     return Type::Wrong;
                 }
                 let array = Type::Array(Rc::new(Array { bounds: known, of }));
                 if self.program.size(&self.lowered(&array)) > MOST_MEMORY {
-                    self.error(written.span, too_large("this array has"), None);
+                    self.error(written.span, too_large("this array needs"), None);
                     return Type::Wrong;
                 }
                 array
@@ -91,10 +91,10 @@ impl Compiler<'_> {
         let help = match name {
             "S5TIME" | "TIMER" | "COUNTER" => "S5 timers: use TON, TOF or TP",
             "POINTER" | "ANY" | "VARIANT" | "REF_TO" | "DB_ANY" => {
-                "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]"
+                "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]"
             }
-            "ERRORSTRUCT" => "an error that it would describe stops the FMU with file and line; leave it out",
-            _ => "hardware: feed its values through inputs",
+            "ERRORSTRUCT" => "an error stops the FMU and reports file and line; leave it out",
+            _ => "hardware: supply its values through inputs",
         };
         self.error(span, format!("{name} is not supported"), Some(help));
         Type::Wrong
@@ -111,7 +111,7 @@ impl Compiler<'_> {
                     )
                     && file != self.library_file()
                 {
-                    self.warn(span, format!("{} exists on S7-1500 only", elementary.name()), None);
+                    self.warn(span, format!("{} exists only on S7-1500", elementary.name()), None);
                 }
                 return Type::Elementary(elementary);
             }
@@ -175,7 +175,7 @@ impl Compiler<'_> {
         let like = nearest(name, types.map(|block| block.name.text.as_str())).map(str::to_string);
         match like.filter(|_| !self.assumes) {
             Some(like) => {
-                let help = format!("\"{like}\" is declared: is it meant?");
+                let help = format!("did you mean \"{like}\"?");
                 self.error(span, format!("no source declares the type \"{name}\""), Some(&help));
             }
             None => {
@@ -294,7 +294,7 @@ impl Compiler<'_> {
 
     fn member_type(&mut self, member: &Member, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Type {
         if let Some(at) = &member.at {
-            self.error(at.span, "AT is for the variables of a block", Some("use slices such as .%X0"));
+            self.error(at.span, "AT is only allowed for variables of a block", Some("use slices such as .%X0"));
             return Type::Wrong;
         }
         let Some(written) = &member.of else { return Type::Wrong };
@@ -316,7 +316,7 @@ impl Compiler<'_> {
     fn add_record(&mut self, name: &str, members: Vec<(String, ir::Type)>, span: Span) -> usize {
         let size = members.iter().fold(0usize, |size, (_, of)| size.saturating_add(self.program.size(of)));
         if self.bytes.saturating_add(size) > MOST_MEMORY {
-            self.error(span, too_large("the variables have"), None);
+            self.error(span, too_large("the variables need"), None);
             return self.program.add_record(name, []);
         }
         self.bytes += size;
@@ -494,7 +494,7 @@ impl Compiler<'_> {
                     {
                         let name = &member.names[0];
                         let of = of.unwrap_or(Type::Wrong);
-                        let help = "constants have elementary types or are texts: declare it in VAR";
+                        let help = "only elementary values and strings can be constants: declare it in VAR";
                         self.error(name.span, format!("the constant {} is {of}", name.text), Some(help));
                         Operand::Wrong(None)
                     }
@@ -631,7 +631,7 @@ impl Compiler<'_> {
 
     fn start_value_of(&mut self, statement: &Statement, file: usize, global: &Global) {
         let StatementKind::Assign(targets, value) = &statement.kind else {
-            self.error(statement.span, "a data block has start values only, such as a := 1;", None);
+            self.error(statement.span, "a data block can contain only start values, such as a := 1;", None);
             return;
         };
         for (target, _) in targets {

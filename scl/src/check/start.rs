@@ -123,7 +123,7 @@ impl Starting<'_, '_> {
             }
             (Type::Structure(structure), Start::List(list, span)) => {
                 if list.len() > structure.fields.len() {
-                    self.compiler.error(*span, format!("{of} has {} members only", structure.fields.len()), None);
+                    self.compiler.error(*span, format!("{of} has only {} members", structure.fields.len()), None);
                 }
                 for (number, (start, field)) in list.iter().zip(&structure.fields).enumerate() {
                     self.member(structure.record, number, &field.of, start, bytes);
@@ -167,7 +167,7 @@ impl Starting<'_, '_> {
             }
             _ => {
                 let span = self.span(start);
-                self.compiler.error(span, format!("this is not a start value of {of}"), None);
+                self.compiler.error(span, format!("this is not a valid start value for {of}"), None);
             }
         }
     }
@@ -196,7 +196,7 @@ impl Starting<'_, '_> {
                 for (index, (low, high)) in indices.iter().zip(&array.bounds) {
                     let (low, high) = (i64::from(*low), i64::from(*high));
                     if !(low..=high).contains(index) {
-                        let message = format!("the start value of the element {index} is outside of {low}..{high}");
+                        let message = format!("the start value has index {index}, which is outside {low}..{high}");
                         self.compiler.error(span, message, None);
                         return;
                     }
@@ -218,7 +218,7 @@ impl Starting<'_, '_> {
             }
             None => {
                 let name = if let PathStep::Member(name) = part { name.text.as_str() } else { "an element" };
-                let message = format!("a start value of {name}, which {of} does not have");
+                let message = format!("there is a start value for {name}, which {of} does not have");
                 self.compiler.error(span, message, Some("export the block again"));
             }
         }

@@ -277,7 +277,7 @@ impl Compiler<'_> {
                 let message = format!("no source declares the data block \"{name}\": {}", members.join(", "));
                 let help = match more(all.len()) {
                     Some(_) => Remedy::ListMissing,
-                    None => "export this DB as source, or declare it in a .scl file".into(),
+                    None => "export this DB as a source, or declare it in a .scl file".into(),
                 };
                 return self.report.error_with(*span, message, Some(help));
             }

@@ -206,7 +206,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
             }
             (_, Some(Type::Wrong | Type::Missing(_))) => Operand::Wrong(None),
             (operand @ Operand::Variable(..), Some(Type::Structure(_))) => operand,
-            (_, Some(of)) => self.error(span, format!("this is not a start value of {of}"), None),
+            (_, Some(of)) => self.error(span, format!("this is not a valid start value for {of}"), None),
             // STEP 7: the type follows from the notation.
             (Operand::Whole(whole), None) => {
                 let of = if i16::try_from(whole).is_ok() { Elementary::Int } else { Elementary::DInt };

@@ -146,7 +146,7 @@ impl Lowerer<'_, '_> {
             ExpressionKind::Address(address) => self.addressed(address, span),
             ExpressionKind::Pointer(_) => {
                 let help = "pass the variable itself, or ARRAY[*]";
-                self.error(span, "a pointer of this kind has no type here", Some(help));
+                self.error(span, "pointers of this kind are not supported", Some(help));
                 Path::Wrong
             }
             ExpressionKind::Wrong => Path::Wrong,
@@ -263,7 +263,7 @@ impl Lowerer<'_, '_> {
                 self.compiler.blocks[block].members.iter().map(|member| member.name.clone()).collect()
             });
             let like = nearest(&name.text, names.iter().map(String::as_str));
-            let help = like.map(|like| format!("#{like} is declared: is it meant?"));
+            let help = like.map(|like| format!("did you mean #{like}?"));
             self.error(name.span, format!("#{} is not declared in this block", name.text), help.as_deref());
             return Path::Wrong;
         }

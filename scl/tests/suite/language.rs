@@ -80,7 +80,7 @@ const ROWS: &[Row] = &[
             ("FUNCTION_BLOCK S VAR_INPUT x : COUNTER; END_VAR BEGIN END_FUNCTION_BLOCK", "use TON, TOF or TP"),
             ("FUNCTION_BLOCK S VAR_TEMP x : VARIANT; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself, or ARRAY[*]"),
             ("FUNCTION_BLOCK S VAR_INPUT x : DB_ANY; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself, or ARRAY[*]"),
-            ("FUNCTION_BLOCK S VAR x : TO_SpeedAxis; END_VAR BEGIN END_FUNCTION_BLOCK", "feed its values through inputs"),
+            ("FUNCTION_BLOCK S VAR x : TO_SpeedAxis; END_VAR BEGIN END_FUNCTION_BLOCK", "supply its values through inputs"),
         ],
     },
     Row {

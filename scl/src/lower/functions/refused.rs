@@ -45,7 +45,7 @@ const REFUSED: [(&[&str], &str, &str); 9] = [
             "WRITE_LITTLE",
         ],
         NOT_SUPPORTED,
-        "a pointer of this kind has no type here; assign the variables themselves",
+        "pointers of this kind are not supported; assign the variables themselves",
     ),
     // Not implemented yet.
     (
