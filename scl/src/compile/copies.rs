@@ -1,4 +1,5 @@
-//! Blocks found in several sources, for example exported in two formats: one block if all copies are the same program.
+//! Blocks found in several sources, for example exported in two formats: copies that compile to the same program count
+//! as one block.
 
 use crate::check::compiler::{BlockId, Compiler, Twin};
 use crate::front::lexer::{Token, tokens};
@@ -10,8 +11,8 @@ use crate::report::Report;
 const MOST_COPIES: usize = 8;
 
 impl Compiler<'_> {
-    /// Records a block that an earlier source also has. If `copy` is its number, this compilation uses it instead of
-    /// the first.
+    /// Records a block that an earlier source also declares. This compilation uses the copy numbered `copy`, or the
+    /// last one if there are fewer; 0 is the first block.
     pub fn add_copy(&mut self, earlier: BlockId, id: BlockId, copy: usize) {
         let first = self.copies.iter().find(|copy| copy.id == earlier).map_or(earlier, |copy| copy.first);
         if self.has_same_words(first, id) {
@@ -32,7 +33,7 @@ impl Compiler<'_> {
     /// generates.
     fn has_same_words(&self, one: BlockId, other: BlockId) -> bool {
         let words = |(file, index): BlockId| {
-            // Of XML, words say nothing.
+            // Comparing tokens makes no sense for XML.
             if self.sources[file].text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
                 return None;
             }
@@ -56,7 +57,7 @@ impl Compiler<'_> {
         self.error(name.span, message, Some(help));
     }
 
-    /// Reports the copies that differ as programs. A program with errors cannot be compared.
+    /// Reports copies that compile to different programs, unless there are errors.
     pub fn tell_different(&mut self) {
         if self.report.has_errors() {
             return;
@@ -130,7 +131,7 @@ fn is_same_type(one: &Program, a: &Type, other: &Program, b: &Type) -> bool {
     }
 }
 
-/// The lines of a block after its head, without comments. Names are case-insensitive.
+/// The lines of a block after its header, without comments and in lower case, since names are case-insensitive.
 fn code(program: &Program, name: &str) -> Option<Vec<String>> {
     let is_it =
         |function: &crate::ir::Function| is_name(&function.name, name) && matches!(function.body, Body::Code(_));

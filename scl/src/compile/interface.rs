@@ -1,4 +1,4 @@
-//! The interface that an FMU shows of a program.
+//! The program interface that an FMU exposes.
 
 use crate::check::compiler::{Compiler, Global, Interface, Slot, State};
 use crate::check::types::{Elementary, Type, text_name};
@@ -23,21 +23,21 @@ pub enum Role {
     Local,
 }
 
-/// A scalar or text variable of a program.
+/// A scalar or string variable of a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
-    /// The name, qualified by the members and indices that lead to it, in FMI's structured convention: `par.levelFull`,
-    /// `feedback[1]`, `'V1.0'.x`. A name made only of letters is not quoted, even beyond ASCII.
+    /// The qualified name, with members and indices, in FMI's structured naming convention: `par.levelFull`,
+    /// `feedback[1]`, `'V1.0'.x`. Identifiers are not quoted, even if they have non-ASCII letters.
     pub name: String,
     /// The name of its data type, such as REAL.
     pub of: &'static str,
-    /// Its representation in memory: a number or a text.
+    /// Its representation in memory: a number or a string.
     pub ty: ir::Type,
     /// Its byte offset in memory.
     pub offset: usize,
     /// Its role.
     pub role: Role,
-    /// Whether the author hides it (`ExternalVisible := 'False'`); never true of inputs and outputs.
+    /// Whether the author hides it (`ExternalVisible := 'False'`); never true for inputs and outputs.
     pub is_hidden: bool,
     /// Whether it is retentive.
     pub is_retained: bool,
@@ -61,13 +61,13 @@ pub struct Comment {
 /// The maximum number of variables in an interface, and of locals shown; further locals stay internal.
 const MOST: usize = 100_000;
 
-/// Local arrays with more elements stay internal: a buffer of samples is not a signal that a host reads.
+/// Local arrays with more elements stay internal: a sample buffer is not a signal for a host to read.
 const MOST_ELEMENTS: usize = 1000;
 
 /// The advice given for a variable that is not shown.
 const COPY: &str = "give the block an output with the values that a host reads";
 
-/// The shown variables of a block, or the global ones.
+/// The exposed variables of a block, or of the globals.
 #[derive(Debug, Default)]
 pub struct Shown {
     /// The variables shown, in declaration order.
@@ -92,7 +92,7 @@ impl Shown {
     }
 }
 
-/// A variable being expanded to its scalars and texts.
+/// A variable being expanded into its scalars and strings.
 #[derive(Clone, Copy)]
 struct Part<'a> {
     name: &'a str,
@@ -104,7 +104,7 @@ struct Part<'a> {
     comment: &'a str,
 }
 
-/// A name as one component of a qualified name; quoted in apostrophes unless it is an identifier.
+/// A name as one component of a qualified name, in single quotes unless it is an identifier.
 pub fn part(name: &str) -> String {
     let is_plain = name.starts_with(|c: char| c.is_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_alphanumeric() || c == '_');
@@ -135,10 +135,10 @@ pub fn comment(text: &str) -> Comment {
     comment
 }
 
-/// The variables of a block whose instance starts at byte `offset` of the memory.
+/// The variables of a block whose instance starts at byte `offset` of memory.
 ///
 /// # Errors
-/// The interface has more variables than an FMU can show.
+/// The interface has more variables than an FMU may expose.
 pub fn variables(compiler: &Compiler, block: usize, offset: usize) -> Result<Shown, String> {
     let mut found = Shown::default();
     let Interface { members, record, name, .. } = &compiler.blocks[block];
@@ -235,7 +235,7 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
             let Interface { members, record, source, is_stub, .. } = &compiler.blocks[*block];
             for inner in members {
                 let Slot::Member(number) = inner.slot else { continue };
-                // The rows of a native block have qualified names.
+                // The members of a native block already have qualified names.
                 let last = if source.is_some() { self::part(&inner.name) } else { inner.name.clone() };
                 let inner = Part {
                     name: &format!("{name}.{last}"),
@@ -264,7 +264,7 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
 /// if it is only read, else a local. Members of instances are locals.
 ///
 /// # Errors
-/// The program has more tags than an FMU can show.
+/// The program has more tags than an FMU may expose.
 pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
     let written = written(compiler);
     let mut known: Vec<&Global> = compiler.globals.values().filter_map(State::known).collect();
@@ -294,7 +294,7 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
         for variable in &mut found.variables[first..] {
             let is_written = written.contains(variable.offset);
             variable.role = match tag {
-                // Within an instance, the role is already known if it is a stub.
+                // In an instance, the role is already final: that of a stub's parameter, or local.
                 _ if is_instance => variable.role,
                 Some((area, _)) => role_of(area, is_written),
                 None if is_written => Role::Local,
@@ -313,7 +313,7 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
     Ok(found)
 }
 
-/// The role of a tag for a host. An input that the program also writes is both: on a CPU, the next process image
+/// The role of a tag for a host. An input that the program also writes is an in-out: on a CPU, the next process image
 /// overwrites it.
 fn role_of(area: Option<Area>, is_written: bool) -> Role {
     match (area, is_written) {
@@ -324,13 +324,13 @@ fn role_of(area: Option<Area>, is_written: bool) -> Role {
     }
 }
 
-/// The ranges of its memory that a program writes, in bytes; for an array, all elements.
+/// The byte ranges of memory that a program writes. A write with a computed index covers the whole array.
 pub struct Written<'c, 'a> {
     compiler: &'c Compiler<'a>,
     ranges: Vec<Range<usize>>,
 }
 
-/// The ranges of its memory that the program writes.
+/// Collects the byte ranges of memory that the program writes.
 pub fn written<'c, 'a>(compiler: &'c Compiler<'a>) -> Written<'c, 'a> {
     let mut written = Written { compiler, ranges: Vec::new() };
     for function in &compiler.program.functions {
@@ -348,7 +348,7 @@ pub fn written<'c, 'a>(compiler: &'c Compiler<'a>) -> Written<'c, 'a> {
 }
 
 impl Written<'_, '_> {
-    /// Whether a byte of the memory is written.
+    /// Whether a byte of memory is written.
     pub fn contains(&self, offset: usize) -> bool {
         let before = self.ranges.partition_point(|range| range.start <= offset);
         before.checked_sub(1).is_some_and(|last| offset < self.ranges[last].end)
@@ -395,7 +395,7 @@ fn range(program: &Program, place: &Place) -> Option<Range<usize>> {
                 let member = program.records[*record].members.get(*number)?;
                 (start, of) = (start + member.offset, &member.ty);
             }
-            // A single element; with a computed index it may be any.
+            // A single element, or any of them if an index is computed.
             (Step::Index(indices, _), ir::Type::Array { of: element, bounds }) => {
                 let Some(number) = number_of(indices, bounds) else { break };
                 (start, of) = (start + number * program.size(element), element);
@@ -432,7 +432,7 @@ fn next(index: &mut [i32], bounds: &[(i32, i32)]) -> bool {
     false
 }
 
-/// Whether a data type is shown as an FMU integer: integers and bit strings of up to 32 bits, except UDINT.
+/// Whether a data type is represented as an FMU integer: integers and bit strings of up to 32 bits, except UDINT.
 pub fn is_integer(of: &str) -> bool {
     Elementary::named(of).is_some_and(|of| of.is_whole() && of.bits() <= 32 && of != Elementary::UDInt)
 }

@@ -1,6 +1,6 @@
-//! The whole way. Takes sources and options; gives a [`Compiled`]: the typed program, what is called in a cycle
-//! ([`root`]), what an FMU shows of it ([`interface`]), and warnings. This folder holds what concerns the program as a
-//! whole rather than one block: [`copies`] of a block, tags that [`overlap`], the tags that the CPU writes
+//! The complete compilation, from sources and options to a [`Compiled`]: the typed program, what is called in a cycle
+//! ([`root`]), what an FMU exposes of it ([`interface`]), and warnings. This folder holds what concerns the program as
+//! a whole rather than a single block: several [`copies`] of a block, tags that [`overlap`], tags written by the CPU
 //! ([`system_memory`]), and declarations for what is missing ([`assume`](mod@assume)).
 
 pub mod assume;
@@ -59,7 +59,7 @@ impl Compiled {
     }
 }
 
-/// The parsed sources, the library's last.
+/// The parsed sources, with the library last.
 struct Trees {
     sources: Vec<Source>,
     trees: Vec<Tree>,
@@ -143,7 +143,7 @@ fn wires(trees: &[Tree]) -> HashSet<(usize, ExpressionId)> {
     all.flat_map(of).collect()
 }
 
-/// The contents of sources, however incomplete.
+/// An overview of sources that need not be complete.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Survey {
     /// The blocks: kind, name, source index. A block found in several sources is listed once.
@@ -154,7 +154,7 @@ pub struct Survey {
     pub tags: usize,
 }
 
-/// Lists declarations of the sources, and names used without a declaration.
+/// Lists the declarations in the sources, and the names used without one.
 pub fn survey(sources: &[Source], options: &Manifest) -> Survey {
     let mut report = Report::default();
     let Trees { sources: all, trees, cpu } = Trees::read(sources, options, &mut report);
@@ -175,11 +175,11 @@ pub fn survey(sources: &[Source], options: &Manifest) -> Survey {
     Survey { blocks, missing, tags }
 }
 
-/// The maximum number of rounds of inference: the deepest nesting of structures that is resolved.
+/// The maximum number of inference rounds, which is the deepest nesting of structures that is resolved.
 const MOST_ROUNDS: usize = 100;
 
-/// The declarations assumed for the names that no source declares: for all of them, or for those in `only`. With these
-/// added as a source (see [`assumed`]), the program compiles unless it has other errors.
+/// The declarations assumed for undeclared names: for all of them, or for those in `only`. With these added as a source
+/// (see [`assumed`]), the program compiles unless it has other errors.
 pub fn assume(sources: &[Source], options: &Manifest, only: Option<&[String]>) -> Vec<Assumption> {
     let mut assumptions: Vec<Assumption> = Vec::new();
     for _ in 0..MOST_ROUNDS {
@@ -210,7 +210,7 @@ pub fn assume(sources: &[Source], options: &Manifest, only: Option<&[String]>) -
     assumptions
 }
 
-/// The source that consists of these declarations.
+/// A source consisting of these declarations.
 pub fn assumed(assumptions: &[Assumption]) -> String {
     assumptions.iter().map(|of| format!("// {}: {}\n{}\n", of.name, of.what, of.text)).collect()
 }
@@ -292,7 +292,8 @@ impl<'a> Compiler<'a> {
         self.collect_kinds();
     }
 
-    /// Whether one of two blocks is a stub, which takes the place of the other: the errors of that one do not count.
+    /// If exactly one of two blocks is a stub, replaces the other by it and discards the other's errors. Returns
+    /// whether it did.
     fn is_replaced(&mut self, earlier: BlockId, id: BlockId) -> bool {
         let is_stub = |id: BlockId| self.block(id).is_stub();
         let (stub, (file, index)) = match (is_stub(earlier), is_stub(id)) {
@@ -308,7 +309,7 @@ impl<'a> Compiler<'a> {
         true
     }
 
-    /// A block with only an interface becomes a stub, if requested.
+    /// Reports blocks that have only an interface, unless they are to be stubs.
     fn refuse_protected(&mut self) {
         let trees = self.trees;
         for (file, tree) in trees.iter().enumerate() {
@@ -367,7 +368,7 @@ impl<'a> Compiler<'a> {
                 self.global(&name.key());
             }
         }
-        // Lowering a block may declare blocks of the library.
+        // Lowering a block may declare library blocks.
         let mut next = 0;
         while next < self.blocks.len() {
             self.translate(next);
@@ -379,7 +380,7 @@ impl<'a> Compiler<'a> {
     fn refuse_recursion(&mut self) {
         let mut refused: Vec<(Span, String)> = Vec::new();
         for start in 0..self.blocks.len() {
-            // The callees of the block, and the first caller of each.
+            // The direct and indirect callees of the block, each with the first caller found.
             let mut from: HashMap<usize, Option<usize>> = HashMap::new();
             let mut open: Vec<usize> = vec![start];
             while let Some(caller) = open.pop() {

@@ -1,11 +1,11 @@
-//! Tags at addresses that overlap: one memory on a CPU, a variable each here.
+//! Tags with overlapping addresses: they share memory on a CPU, but are separate variables here.
 
 use crate::check::compiler::Compiler;
 use crate::check::undeclared::MOST_NAMES;
 use parameters::tags;
 
 impl Compiler<'_> {
-    /// Warns of the tags that the program uses and that share memory.
+    /// Warns about tags in use that share memory.
     pub fn tell_overlaps(&mut self) {
         let is_used = |name: &&String| self.globals.contains_key(*name);
         let names = self.global_members.keys().chain(self.declared.keys()).filter(is_used);
@@ -19,7 +19,7 @@ impl Compiler<'_> {
         let mut pairs = Vec::new();
         for (at, (area, _, end, name)) in tags.iter().enumerate() {
             let after = tags[at + 1..].iter().take_while(|(of, start, ..)| of == area && start < end);
-            // The CPU writes both.
+            // The CPU writes both tags itself.
             let is_system = |name: &String| crate::compile::system_memory::proposed(name).is_some();
             pairs
                 .extend(after.map(|(.., other)| (name, other)).filter(|(one, two)| !is_system(one) || !is_system(two)));
@@ -39,7 +39,7 @@ impl Compiler<'_> {
         self.warn(span, message, Some("use one tag of each pair, or a slice of it such as Tag.%X0"));
     }
 
-    /// A tag's name as its declaration spells it.
+    /// A tag's name as spelled in its declaration.
     fn spelling(&self, name: &str) -> String {
         let member = self
             .global_members

@@ -1,4 +1,4 @@
-//! Selects the blocks called in a cycle: one function block, or organization blocks and further named blocks.
+//! Selects the blocks called in a cycle: one function block, or organization blocks and other named blocks.
 
 use super::interface::{Shown, Variable};
 use crate::check::compiler::{Compiler, Global, Interface, Parameter, Slot, State};
@@ -14,12 +14,12 @@ const STARTUP: [&str; 2] = ["OB100", "STARTUP"];
 /// The organization block with the lowest priority: others due at the same time run before it.
 const MAIN: [&str; 2] = ["OB1", "MAIN"];
 
-/// The kinds of organization blocks that are called again and again, as SimaticML has them.
+/// The kinds of organization blocks called cyclically, by their names in SimaticML.
 const CYCLIC: [&str; 3] = [PROGRAM_CYCLE, "CyclicInterrupt", "SynchronousCycle"];
 
 const PROGRAM_CYCLE: &str = "ProgramCycle";
 
-/// Event-driven organization blocks, by TIA Portal's names or the beginnings of these names.
+/// Event-driven organization blocks: the names that TIA Portal gives them, or prefixes of these names.
 const EVENTS: [&str; 12] = [
     "TIME OF DAY",
     "TIME DELAY",
@@ -44,7 +44,7 @@ pub struct Root {
     pub startup: Option<usize>,
     /// The name of the block, or of the first of several.
     pub block: String,
-    /// The name of its instance among the members of the memory; empty unless a single instance is run.
+    /// The member of memory that holds its instance; empty unless a single instance is run.
     pub instance: String,
     /// The variables of the instance, with names relative to it.
     pub variables: Vec<Variable>,
@@ -63,7 +63,7 @@ enum Target {
 type Passed = (Vec<Argument>, Vec<(usize, Place)>);
 
 impl Compiler<'_> {
-    /// Selects the entry points; `None` on errors, or if several blocks could be run and none is chosen.
+    /// Selects the entry points; `None` on errors, or if several blocks could be run and none has been chosen.
     pub fn root(&mut self) -> Option<Root> {
         if self.report.has_errors() {
             return None;
@@ -99,14 +99,14 @@ impl Compiler<'_> {
             }
             _ => (String::new(), Vec::new()),
         };
-        // Main is last in the list, and gives the program its name if the user has not named any block.
+        // Main is last in the list, and names the program unless the user has named the blocks.
         let named = if self.options.calls.is_empty() { targets.last() } else { targets.first() };
         let (Target::Instance(_, of) | Target::Function(of), _) = named?;
         let block = self.blocks[*of].name.clone();
         Some(Root { cycle, startup, block, instance, variables })
     }
 
-    /// The variables shown; notes and errors are reported at `span`.
+    /// Returns the variables to expose; reports notes and errors at `span`.
     pub fn told(&mut self, shown: Result<Shown, String>, span: Span) -> Option<Vec<Variable>> {
         match shown {
             Ok(shown) => {
@@ -121,13 +121,13 @@ impl Compiler<'_> {
         }
     }
 
-    /// The names of the blocks that could be run, if the choice is ambiguous.
+    /// The names of the blocks that could be run, for the user to choose from.
     pub fn candidates(&self) -> Vec<String> {
         let cyclic = self.organization_blocks().filter(|block| !self.is_startup(*block));
         cyclic.chain(self.unused()).map(|block| self.blocks[block].name.clone()).collect()
     }
 
-    /// A function without parameters that runs `code` and then calls these, one after the other.
+    /// Adds a function without parameters that runs `code` and then calls the targets in order.
     fn called(&mut self, mut code: Vec<Statement>, targets: &[(Target, u32)], name: &str) -> Option<usize> {
         for (target, period) in targets {
             let call = match target {
@@ -168,8 +168,7 @@ impl Compiler<'_> {
         self.blocks[block].source.map_or(Span::default(), |id| self.block(id).name.span)
     }
 
-    /// Creates variables for the structured in-out parameters of an instance that is never called by another block, in
-    /// place of data blocks.
+    /// Creates global variables to pass as the structured in-out parameters of an instance that no other block calls.
     fn in_outs(&mut self, instance: &str, of: usize) -> Option<Passed> {
         let (mut arguments, mut outputs) = (Vec::new(), Vec::new());
         let function = self.blocks[of].function;

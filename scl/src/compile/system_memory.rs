@@ -1,12 +1,12 @@
-//! System and clock memory: tags in bit memory that the CPU writes, not the program. TIA Portal names them in each project that has
-//! them.
+//! System and clock memory: bit memory tags written by the CPU, not by the program. TIA Portal uses the same names for
+//! them in every project.
 
 use crate::check::compiler::Compiler;
 use crate::check::types::Type;
 use crate::ir::{At, Binary, Convert, Expr, Place, Scalar, Statement, What};
 use parameters::tags::Area;
 
-/// The clocks from bit 0 on: the name, and half the period in milliseconds.
+/// The clocks from bit 0 upwards: name, and half the period in milliseconds.
 const CLOCKS: [(&str, i64); 8] = [
     ("CLOCK_10HZ", 50),
     ("CLOCK_5HZ", 100),
@@ -18,13 +18,13 @@ const CLOCKS: [(&str, i64); 8] = [
     ("CLOCK_0.5HZ", 1000),
 ];
 
-/// The system memory from bit 0 on. No diagnostic event happens here.
+/// The system memory from bit 0 upwards. Diagnostic events never occur here.
 const SYSTEM: [&str; 4] = ["FIRSTSCAN", "DIAGSTATUSUPDATE", "ALWAYSTRUE", "ALWAYSFALSE"];
 
 const CLOCK_BYTE: &str = "CLOCK_BYTE";
 const SYSTEM_BYTE: &str = "SYSTEM_BYTE";
 
-/// The address at which TIA Portal proposes a tag of the system or clock memory, and its type.
+/// The address that TIA Portal proposes for a system or clock memory tag, and the tag's type.
 pub(crate) fn proposed(name: &str) -> Option<(String, &'static str)> {
     if let Some(bit) = CLOCKS.iter().position(|(of, _)| *of == name) {
         return Some((format!("%M0.{bit}"), "BOOL"));
@@ -68,7 +68,7 @@ fn value(name: &str, is_startup: bool) -> Option<Expr> {
     }
 }
 
-/// A tag that the CPU writes: its name in capitals, where it is, and its type.
+/// A tag that the CPU writes: its upper-case name, its place and its type.
 pub struct SystemTag {
     name: &'static str,
     place: Place,
@@ -76,7 +76,7 @@ pub struct SystemTag {
 }
 
 impl SystemTag {
-    /// Writes it, as the CPU does before a cycle.
+    /// The statement that writes it, as the CPU does before each cycle.
     pub fn write(&self, is_startup: bool) -> Option<Statement> {
         let value = Box::new(value(self.name, is_startup)?);
         let value = Expr::Convert(Convert::Value, Scalar::I64, self.of, value, At::default());

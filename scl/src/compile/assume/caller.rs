@@ -1,4 +1,4 @@
-//! An organization block assumed for a library: blocks of which the sources call none.
+//! The organization block assumed for a library of blocks that nothing in the sources calls.
 
 use super::{Assumption, quoted, section, way};
 use crate::check::compiler::Compiler;
@@ -8,10 +8,10 @@ use crate::ladder::Way;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-/// The name of the organization block, as TIA Portal gives it to the first one.
+/// The name that TIA Portal gives to the first organization block.
 const MAIN: &str = "Main";
 
-/// The declarations of an organization block, and its statements.
+/// The declarations and statements of an organization block.
 #[derive(Default)]
 struct Calls {
     globals: String,
@@ -20,8 +20,9 @@ struct Calls {
 }
 
 impl Compiler<'_> {
-    /// An organization block that calls, once a cycle, each block that no other calls, with a tag for each parameter. `None` if the
-    /// sources have an organization block, or exactly one function block that can be run.
+    /// An organization block that calls each block not called by another once per cycle, with a tag for each parameter.
+    /// `None` if the user has named what to call, or if the sources have a cyclic organization block or exactly one
+    /// function block that can be run.
     pub fn caller(&self) -> Option<Assumption> {
         let is_asked = self.options.block.is_none() && self.options.calls.is_empty();
         if !is_asked || self.organization_blocks().any(|block| !self.is_startup(block)) {
@@ -55,7 +56,7 @@ impl Compiler<'_> {
         extent.is_some_and(|extent| self.report.first_error(extent).is_some())
     }
 
-    /// Adds the call of a block. `None` if an argument that it needs has no type that a declaration can name.
+    /// Adds a call of a block. `None` if the type of a required argument cannot be written in a declaration.
     fn add_call(&self, block: usize, calls: &mut Calls) -> Option<()> {
         let interface = &self.blocks[block];
         let is_function = interface.kind == BlockKind::Function;
@@ -64,7 +65,7 @@ impl Compiler<'_> {
         for parameter in &interface.members {
             let Some(way) = way(parameter.section) else { continue };
             let Some(of) = self.written(&parameter.of) else {
-                // A function needs all of them; a function block keeps the start value.
+                // A function needs all arguments; a function block falls back on the start value.
                 if is_function || way == Way::InOut {
                     return None;
                 }
@@ -97,7 +98,7 @@ impl Compiler<'_> {
         Some(())
     }
 
-    /// A name that nothing has yet.
+    /// A name not yet in use: `name`, with a number appended if it is taken.
     fn free(&self, name: &str, calls: &mut Calls) -> String {
         let is_taken = |name: &String| {
             self.names.contains_key(&key(name))

@@ -4,9 +4,9 @@ use crate::check::undeclared::Formal;
 use crate::front::syntax::key;
 use crate::ladder::Way;
 
-/// A system block. A parameter without a type takes the type of its argument. Source: TIA Portal help on each block.
+/// A system block. A parameter without a type takes the type of its argument. Source: TIA Portal help for each block.
 pub(super) struct SystemBlock {
-    /// Its name, in capitals.
+    /// Its name in upper case.
     pub name: &'static str,
     /// Whether it is a function block.
     pub has_instances: bool,
@@ -161,7 +161,8 @@ pub(super) fn value(name: &str) -> Option<&'static str> {
     find(name).map(|block| block.value).filter(|value| !value.is_empty())
 }
 
-/// The block name in an instance name of TIA Portal's scheme, `TSEND_C` for `TSEND_C_DB_1`; otherwise the name itself.
+/// The block name within an instance name that follows TIA Portal's scheme, `TSEND_C` for `TSEND_C_DB_1`; otherwise the
+/// name itself.
 pub(super) fn without_instance(name: &str) -> String {
     let digits = name.trim_end_matches(|last: char| last.is_ascii_digit());
     let plain = digits.strip_suffix('_').filter(|_| digits.len() < name.len()).unwrap_or(name);

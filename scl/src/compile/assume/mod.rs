@@ -39,7 +39,7 @@ pub struct Assumption {
     pub text: String,
 }
 
-/// The block that a call in a network names, with the parameters that the call lists.
+/// A block called in a network, and the call with the parameters it lists.
 type Signature<'a> = (&'a str, &'a Call);
 
 /// The signatures of the blocks called in networks, by the upper-case name of the block and of its instance.
@@ -60,8 +60,8 @@ pub fn signatures(trees: &[Tree]) -> HashMap<String, Signature<'_>> {
     all
 }
 
-/// Returns the declarations that can be made in this round: those of the first stage that has any, since later rounds
-/// know more types. `count` is the number of assumptions made so far; `is_declared` reports whether a block of that
+/// Returns the declarations to assume in this round: those of the first stage that has any, since more types are known
+/// in later rounds. `count` is the number of assumptions made so far; `is_declared` reports whether a block of that
 /// name exists.
 pub fn declare(
     missing: &BTreeMap<String, Undeclared>,
@@ -102,9 +102,9 @@ enum Kind {
     Constant,
     Structure,
     Function,
-    /// A function block that is missing although its instances are declared.
+    /// An undeclared function block whose instances are declared.
     Block,
-    /// An instance of a function block that is missing as well.
+    /// An undeclared instance of an undeclared function block.
     Instance,
 }
 
@@ -120,7 +120,7 @@ struct Declared<'a> {
     of: &'a Undeclared,
     kind: Kind,
     node: Node<'a>,
-    /// The block and its parameters, as a network that calls it lists them.
+    /// The block and its parameters as listed in a network that calls it.
     signature: Option<Signature<'a>>,
     /// The parameters, if this is a block.
     formals: Vec<Formal>,
@@ -205,7 +205,7 @@ fn range(bounds: &Bounds) -> String {
     }
 }
 
-/// The name as a declaration writes it, quoted where necessary.
+/// The name as written in a declaration, quoted if necessary.
 fn quoted(name: &str) -> String {
     let is_plain = name.starts_with(|c: char| c.is_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_alphanumeric() || c == '_');
@@ -228,7 +228,7 @@ impl<'a> Declared<'a> {
             What::Type | What::Block if of.is_called || known::is_block(&of.name) => Kind::Block,
             What::Type | What::Block => Kind::Structure,
             What::Instance => Kind::Instance,
-            // Only a function has a value, whatever its name looks like.
+            // Only a function has a return value, whatever its name suggests.
             _ if node.value.is_some() => Kind::Function,
             _ if of.is_called && known::is_block(&known::without_instance(&of.name)) => {
                 if known::is_block(&of.name) && !has_members { Kind::Function } else { Kind::Instance }
@@ -257,7 +257,7 @@ impl<'a> Declared<'a> {
         Declared { of, kind, node, signature, formals, is_complete }
     }
 
-    /// The name of the block of which this is an instance.
+    /// The name of the block that this is an instance of.
     fn block_name(&self) -> String {
         let name = &self.of.name;
         if let (Kind::Instance, Some((block, _))) = (self.kind, self.signature) {
@@ -267,7 +267,7 @@ impl<'a> Declared<'a> {
         if self.kind == Kind::Instance && block == *name { format!("{name}_block") } else { block }
     }
 
-    /// The assumption; `constant` is the value of a constant, `is_new` whether an instance's block still has to be
+    /// The assumption; `constant` is the value of a constant, `is_new` whether an instance's block must still be
     /// declared.
     fn assumption(&self, constant: usize, is_new: bool) -> Assumption {
         let name = &self.of.name;
@@ -314,7 +314,7 @@ impl<'a> Declared<'a> {
         Assumption { name: name.clone(), what, at: (self.of.span.file, self.of.span.start), text }
     }
 
-    /// The tag of an absolute address, or of memory that the CPU itself writes, unless the uses indicate another type.
+    /// The tag for an absolute address, or for memory that the CPU itself writes, unless the uses imply another type.
     fn placed(&self) -> Option<Placed> {
         let name = &self.of.name;
         let told = self.node.ty();
@@ -347,7 +347,7 @@ impl<'a> Declared<'a> {
     }
 }
 
-/// A function that hands its arguments on to variables, and takes its values from them.
+/// A function stub that copies its arguments to variables, and its outputs and return value from variables.
 fn function(name: &str, result: &str, formals: &[Formal]) -> String {
     let call = format!("{name}_call");
     let mut members = String::new();
@@ -375,15 +375,16 @@ fn function(name: &str, result: &str, formals: &[Formal]) -> String {
 }
 
 impl Compiler<'_> {
-    /// Stubs for the blocks that cannot be read: those called by others, or those named. Errors inside them are then
-    /// ignored.
+    /// Stubs for blocks that cannot be read: those called by others or, if `only` is given, those it names. Errors
+    /// inside them are then ignored.
     pub fn unreadable(&self, only: Option<&[String]>) -> Vec<Assumption> {
         let is_called =
             |block: usize| self.calls.iter().any(|(caller, callee, _)| *callee == block && *caller != block);
         let is_protected = |(file, index): BlockId| self.trees[file].protected.iter().any(|(of, _)| *of == index);
         let is_asked = |block: usize, of: &Interface| match only {
             Some(names) => names.iter().any(|name| key(name) == key(&of.name)),
-            // The block that runs is not a stub; beside organization blocks, it is not a block that no other calls.
+            // The block to run is not replaced by a stub. It may be a block that no other calls, unless there are
+            // organization blocks.
             None => {
                 is_called(block)
                     || of.source.is_some_and(is_protected)
@@ -408,7 +409,8 @@ impl Compiler<'_> {
         self.blocks.iter().enumerate().filter_map(stub).collect()
     }
 
-    /// The declarations of a block's variables of these sections; those whose type has no name are left out.
+    /// The declarations of a block's variables in a section, except those whose type cannot be written in a
+    /// declaration.
     fn lines(&self, interface: &Interface, of: SectionKind) -> String {
         let members = interface.members.iter().filter(|member| member.section == of);
         members
@@ -437,7 +439,7 @@ impl Compiler<'_> {
     }
 }
 
-/// The direction of the parameters in a section; other sections have none.
+/// The direction of the parameters in a section; `None` for sections without parameters.
 fn way(section: SectionKind) -> Option<Way> {
     match section {
         SectionKind::Input => Some(Way::Input),
@@ -452,8 +454,8 @@ fn is_instance(name: &str) -> bool {
     known::without_instance(name) != name
 }
 
-/// The parameters of a block, merged from the call of a network, else the known system block, then the arguments of its calls and
-/// the members used of its instances.
+/// The parameters of a block: those listed in a network's call or, failing that, of the known system block, then the
+/// arguments of other calls and the members used of its instances.
 fn formals(of: &Undeclared, node: &Node, signature: Option<Signature>, system: Vec<Formal>) -> Vec<Formal> {
     let mut all: Vec<Formal> = Vec::new();
     let mut names = BTreeSet::new();
@@ -507,24 +509,24 @@ fn sections(formals: &[Formal]) -> String {
     words.into_iter().map(of_kind).collect()
 }
 
-/// The type of a parameter that a call lists, if a declaration of a stub can have it.
+/// The type of a parameter listed in a call, if it can be written in the declaration of a stub.
 fn declarable(of: &str) -> Option<String> {
     let is_plain =
         Elementary::named(&of.to_uppercase()).is_some() || ["STRING", "WSTRING", "DTL"].contains(&key(of).as_str());
     (is_plain || of.starts_with('"')).then(|| of.to_string())
 }
 
-/// A number of things: `1 member`, `2 members`.
+/// A count with its noun: `1 member`, `2 members`.
 fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// A section of declarations, if there are any.
+/// A declaration section; empty if it has no declarations.
 fn section(word: &str, lines: &str) -> String {
     if lines.is_empty() { String::new() } else { format!("{word}\n{lines}END_VAR\n") }
 }
 
-/// A stub of a function block with these sections.
+/// A stub for a function block with these sections.
 fn function_block(name: &str, sections: &str) -> String {
     format!("FUNCTION_BLOCK \"{name}\"\n{{ {STUB} := 'TRUE' }}\n{sections}BEGIN\nEND_FUNCTION_BLOCK\n")
 }
