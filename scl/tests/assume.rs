@@ -167,7 +167,7 @@ fn a_block_that_cannot_be_read_is_a_stub_by_its_interface() {
         FUNCTION_BLOCK \"Main\"\nVAR_INPUT raw : Word; END_VAR\nVAR_OUTPUT y : Int; END_VAR\nVAR clock : \"Clock\"; END_VAR\nBEGIN\n\
         #clock(raw := #raw, any := #raw);\n  #y := #clock.hour + \"Digits\"(#raw);\nEND_FUNCTION_BLOCK\n";
     let told: Vec<(String, String)> = assumptions(text).into_iter().map(|of| (of.name, of.what)).collect();
-    let what = "a stub, as it cannot be read: BCD16_TO_INT is not supported";
+    let what = "a stub, because it cannot be read: BCD16_TO_INT is not supported";
     let names: Vec<&str> = told.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["Clock", "Digits"], "{told:?}");
     assert_eq!(told[1].1, what);
@@ -224,7 +224,7 @@ fn a_library_without_an_organization_block_gets_one() {
         DATA_BLOCK \"Pump_DB\"\n\"Pump\"\nBEGIN\nEND_DATA_BLOCK\n";
     let found = assumptions(text);
     let told: Vec<String> = found.iter().map(|of| format!("{}: {}", of.name, of.what)).collect();
-    let calls = "an organization block that calls the 3 blocks that no other calls, with a tag for each parameter";
+    let calls = "an organization block that calls the 3 blocks not called by any other, with a tag for each parameter";
     assert_eq!(told, [format!("Main: {calls}")]);
     let expected_calls = "BEGIN\n   \"Pump_DB\"(start := \"Pump_start\", run => \"Pump_run\");\n   \
         \"Count_DB\"(of := \"Count_of\", n => \"Count_n\");\n   \"Double_value\" := \"Double\"(x := \"Double_x\");\n";

@@ -70,7 +70,7 @@ fn tags_that_share_memory_are_named() {
         told(&text, None).1
     };
     let warned = of("%M11.0");
-    assert!(warned[0].contains("variables of their own here: Cmd (%MW10) and Start (%M11.0)"), "{warned:?}");
+    assert!(warned[0].contains("separate variables here: Cmd (%MW10) and Start (%M11.0)"), "{warned:?}");
     assert_eq!(of("%M12.0"), [""; 0]);
 }
 
@@ -154,10 +154,7 @@ fn types_without_a_meaning_here_are_refused() {
     undeclarable("x : TO_SpeedAxis;", "hardware: supply its values through inputs");
     undeclarable("x : PID_Compact;", "its law is not published; available are CONT_C");
     undeclarable("x : Array[3..1] of Int;", "3..1 is not a valid index range");
-    undeclarable(
-        "x : Array[0..2000000000] of LReal;",
-        "this array needs more than 64 MiB, which no CPU has",
-    );
+    undeclarable("x : Array[0..2000000000] of LReal;", "this array needs more than 64 MiB, which no CPU has");
     undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use several dimensions");
     undeclarable("x : Int := 'text';", "expected INT, found a text");
     undeclarable("x : Array[0..1] of Int := [1, 2, 3];", "more start values than elements");
@@ -281,7 +278,7 @@ fn blocks_that_cannot_be_are_refused() {
     assert_eq!(
         errors,
         [
-            "a.scl:2:1: A: protected block without source; ask its author for the source, or take its interface alone with --stub A"
+            "a.scl:2:1: A: protected block without source code; ask its author for the source, or take its interface alone with --stub A"
         ]
     );
     let (errors, _) =
@@ -387,7 +384,7 @@ FUNCTION_BLOCK \"B\"\nVAR\n  a : \"A\";\nEND_VAR\nBEGIN\nEND_FUNCTION_BLOCK\n";
 #[test]
 fn a_file_without_a_block_and_one_that_is_no_text_are_refused() {
     for text in ["", "// nothing yet\n"] {
-        let message = "a.scl:1:1: no block is declared here; a source begins with FUNCTION_BLOCK, for example";
+        let message = "a.scl:1:1: no block is declared here; a source starts with FUNCTION_BLOCK, for example";
         assert_eq!(told(text, None).0, [message], "{text}");
     }
     let no_mark: Vec<u8> = "FUNCTION".encode_utf16().flat_map(u16::to_le_bytes).collect();

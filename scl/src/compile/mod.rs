@@ -75,7 +75,7 @@ impl Trees {
             report.error(
                 Span::default(),
                 "no block is declared here",
-                Some("a source begins with FUNCTION_BLOCK, for example"),
+                Some("a source starts with FUNCTION_BLOCK, for example"),
             );
         }
         let library = crate::library::source();
@@ -319,10 +319,10 @@ impl<'a> Compiler<'a> {
                 if is_it && !self.stubs.contains(&name.key()) {
                     let message = match tree.instantiated.contains(number) {
                         true => format!(
-                            "no source declares the function block \"{}\": an instance has its interface",
+                            "no source declares the function block \"{}\": only an instance shows its interface",
                             name.text
                         ),
-                        false => format!("{}: protected block without source", name.text),
+                        false => format!("{}: protected block without source code", name.text),
                     };
                     self.report.error_with(*span, message, Some(Remedy::Stub(name.text.clone())));
                 }

@@ -33,7 +33,7 @@ impl Compiler<'_> {
         if let Some(more) = pairs.len().checked_sub(MOST_NAMES).filter(|more| *more > 0) {
             listed.push(format!("and {more} more pairs"));
         }
-        let message = format!("tags that share memory on a CPU are variables of their own here: {}", listed.join("; "));
+        let message = format!("tags that share memory on a CPU are separate variables here: {}", listed.join("; "));
         let declared = self.global_members.get(pairs[0].1);
         let span = declared.and_then(|(.., member)| Some(member.names.first()?.span)).unwrap_or_default();
         self.warn(span, message, Some("use one tag of each pair, or a slice of it such as Tag.%X0"));

@@ -70,7 +70,7 @@ impl Compiler<'_> {
         }
         let targets: Vec<(Target, u32)> = match (&self.options.block, self.options.calls.as_slice()) {
             (Some(_), [_, ..]) => {
-                self.error(Span::default(), "both a block and calls are named: name only one of them", None);
+                self.error(Span::default(), "both a block and calls are specified: specify only one of them", None);
                 return None;
             }
             (Some(name), []) => vec![(self.target(&name.clone(), "function block")?, 0)],
@@ -177,8 +177,9 @@ impl Compiler<'_> {
             let Parameter { name, of: ty, .. } = self.blocks[of].members.iter().find(is_it)?.clone();
             if let Type::Open(..) = ty {
                 let span = self.name_of(of);
-                let message =
-                    format!("the bounds of the parameter {name} come from the caller: this block cannot run alone");
+                let message = format!(
+                    "the bounds of the parameter {name} come from the caller: this block cannot run on its own"
+                );
                 self.warn(span, message, Some("call it from another block"));
                 return None;
             }
@@ -217,8 +218,8 @@ impl Compiler<'_> {
         };
         let arguments: Vec<Argument> = called.locals[..called.parameters].iter().map(first).collect();
         if kind != BlockKind::OrganizationBlock && !arguments.is_empty() {
-            let message = format!("{name} cannot be called by itself: it has parameters");
-            let help = "call it from an organization block or a function block, and name that";
+            let message = format!("{name} cannot be called on its own: it has parameters");
+            let help = "call it from an organization block or a function block, and specify that block instead";
             self.error(Span::default(), message, Some(help));
             return None;
         }
@@ -244,7 +245,7 @@ impl Compiler<'_> {
                     of.kind == BlockKind::FunctionBlock || what == "block" && of.kind == BlockKind::OrganizationBlock
                 });
                 let names: Vec<&str> = names.map(|of| of.name.as_str()).collect();
-                let message = format!("no {what} {name}; there are {}", names.join(", "));
+                let message = format!("no {what} named {name}; available: {}", names.join(", "));
                 self.error(Span::default(), message, None);
                 None
             }
@@ -274,16 +275,16 @@ impl Compiler<'_> {
             let others = cyclic.iter().copied().filter(|block| self.event(*block) != Some(PROGRAM_CYCLE));
             for block in others.collect::<Vec<_>>() {
                 let message = format!(
-                    "{} is called as often as {}: the sources do not give its period",
+                    "{} is called as often as {}: the sources do not specify its period",
                     self.blocks[block].name, self.blocks[main].name
                 );
-                self.warn(self.name_of(block), message, Some("name both blocks to call, each with its cycle"));
+                self.warn(self.name_of(block), message, Some("specify both blocks to call, each with its cycle"));
             }
             cyclic.push(main);
         }
         for block in events {
-            let message = format!("{} is not called: its event does not happen here", self.blocks[block].name);
-            self.warn(self.name_of(block), message, Some("name it among the blocks to call, if it is needed"));
+            let message = format!("{} is not called: its event never occurs here", self.blocks[block].name);
+            self.warn(self.name_of(block), message, Some("add it to the blocks to call if it is needed"));
         }
         Some(cyclic.into_iter().map(Target::Function).collect())
     }

@@ -104,8 +104,8 @@ fn a_project_with_several_organization_blocks_runs_without_naming_them() {
     assert_eq!(root.block, "Main");
     let warned: Vec<String> = compiled.warnings.iter().map(ToString::to_string).collect();
     for (file, says) in [
-        ("Fast.xml", "Fast is called as often as Main: the sources do not give its period; name both"),
-        ("Edge.xml", "Edge is not called: its event does not happen here"),
+        ("Fast.xml", "Fast is called as often as Main: the sources do not specify its period; specify both"),
+        ("Edge.xml", "Edge is not called: its event never occurs here"),
         ("data.scl", "Diagnostic error interrupt is not called"),
     ] {
         assert!(warned.iter().any(|text| text.starts_with(file) && text.contains(says)), "{file}: {warned:#?}");
@@ -149,7 +149,7 @@ fn a_missing_block_has_the_interface_that_its_call_and_its_instance_show() {
         [("b.xml", block), ("d.xml", data)].map(|(name, text)| parameters::Source::new(name, text.into_bytes())).into();
     let errors = scl::compile(&sources, &scl::Options::default()).unwrap_err();
     let all: Vec<&str> = errors.iter().flat_map(|of| &of.problems).map(|problem| problem.message.as_str()).collect();
-    let message = "DB Drive_DB: no source declares the function block \"Drive\": an instance has its interface";
+    let message = "DB Drive_DB: no source declares the function block \"Drive\": only an instance shows its interface";
     assert!(all.contains(&message), "{all:?}");
 
     let missing = scl::survey(&sources, &scl::Options::default()).missing;

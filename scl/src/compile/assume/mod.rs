@@ -271,7 +271,7 @@ impl<'a> Declared<'a> {
     /// declared.
     fn assumption(&self, constant: usize, is_new: bool) -> Assumption {
         let name = &self.of.name;
-        let stub = "its inputs are outputs of the FMU, and its outputs inputs";
+        let stub = "its inputs become FMU outputs, and its outputs FMU inputs";
         let (what, text) = match (self.kind, self.placed()) {
             (Kind::Variable, Some(Placed { what, name, address, of })) => {
                 (what, format!("VAR_GLOBAL\n   \"{name}\" AT {address} : {of};\nEND_VAR\n"))
@@ -290,14 +290,14 @@ impl<'a> Declared<'a> {
                 let of =
                     self.node.ty().filter(|of| Elementary::named(&of.to_uppercase()).is_some_and(Elementary::is_whole));
                 (
-                    format!("constant {constant}: its value is unknown, correct it"),
+                    format!("constant {constant}: a placeholder, replace it with the actual value"),
                     format!("VAR_GLOBAL CONSTANT\n   \"{name}\" : {} := {constant};\nEND_VAR\n", of.unwrap_or("INT")),
                 )
             }
             (Kind::Structure, _) => {
                 let (what, lines) = match self.node.members.len() {
                     // An empty STRUCT is invalid in SCL.
-                    0 => ("type of which no member is used".to_string(), format!("   reserved : {DEFAULT};\n")),
+                    0 => ("type with no used members".to_string(), format!("   reserved : {DEFAULT};\n")),
                     count => (format!("type with {}", counted(count, "member")), self.node.lines("   ")),
                 };
                 (what, format!("TYPE \"{name}\"\nSTRUCT\n{lines}END_STRUCT;\nEND_TYPE\n"))
@@ -403,7 +403,7 @@ impl Compiler<'_> {
                 BlockKind::Function => self.stub_of_function(interface),
                 _ => return None,
             };
-            let what = format!("a stub, as it cannot be read: {reason}");
+            let what = format!("a stub, because it cannot be read: {reason}");
             Some(Assumption { name: interface.name.clone(), what, at: (file as u32, block.name.span.start), text })
         };
         self.blocks.iter().enumerate().filter_map(stub).collect()
