@@ -14,7 +14,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// Whether another span begins in this one.
+    /// Whether another span starts within this one.
     pub fn holds(self, other: Span) -> bool {
         self.file == other.file && self.range().contains(&(other.start as usize))
     }
@@ -47,7 +47,7 @@ pub(crate) enum Kind {
     Percent,
     /// An operator or a bracket.
     Symbol,
-    /// An invalid character, or an unterminated text or name.
+    /// An invalid character, or an unterminated string or name.
     Unknown,
     /// The end of the file.
     End,
@@ -73,7 +73,7 @@ pub(crate) struct Tokens {
     pub attributes: Vec<Span>,
     /// An unterminated comment or attribute.
     pub unclosed: Option<Span>,
-    /// Comments that contain further comments and end later than at the first closing mark.
+    /// Comments that contain other comments and do not end at the first closing mark.
     pub nested: Vec<Span>,
 }
 
@@ -127,10 +127,10 @@ const PREFIXES: [&str; 40] = [
     "WORD",
 ];
 
-/// The prefixes of text literals.
+/// The prefixes of string literals.
 const TEXTS: [&str; 4] = ["CHAR", "STRING", "WCHAR", "WSTRING"];
 
-/// Splits a text into tokens, starting at byte offset `from`.
+/// Splits text into tokens, starting at byte offset `from`.
 pub(crate) fn tokens(text: &str, from: usize, file: u32) -> Tokens {
     let mut lexer = Lexer {
         text,
@@ -270,7 +270,7 @@ impl Lexer<'_> {
         }
     }
 
-    /// `{ key := 'value'; ... }`: ends at the first closing brace outside of quotes.
+    /// `{ key := 'value'; ... }`: ends at the first closing brace outside quotes.
     fn attribute(&mut self) {
         let mut quote = None;
         for (offset, character) in self.rest().char_indices() {
@@ -309,7 +309,7 @@ impl Lexer<'_> {
         }
     }
 
-    /// A text whose opening apostrophe is at byte offset `from`. A typed literal starts before it.
+    /// A string whose opening single quote is at byte offset `from`. A typed literal starts before it.
     fn characters(&mut self, from: usize) {
         let kind = if from == self.at { Kind::Text } else { Kind::Literal };
         let mut is_escaped = false;
@@ -353,7 +353,7 @@ impl Lexer<'_> {
                 end = self.end_of(end + 1 + sign, is_digit);
             }
         }
-        // `10ms`: keep the suffix in the same token, so that there is only one error.
+        // `10ms`: keep the suffix in the same token, so that only one error is reported.
         self.push(Kind::Literal, self.end_of(end, is_word));
     }
 

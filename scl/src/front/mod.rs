@@ -1,6 +1,6 @@
-//! From text to tree. Takes the sources of a program, in SCL, SIMATIC SD or SimaticML; gives a [`Tree`] for each and the
-//! errors in it. Any text yields a tree. Networks of LAD and FBD stand in it as graphs, and as the statements to which
-//! [`ladder`](crate::ladder) translates them.
+//! From text to tree: parses the sources of a program, in SCL, SIMATIC SD or SimaticML, into a [`Tree`] each, and
+//! reports their errors. Any text yields a tree. LAD and FBD networks are in the tree both as graphs and as the
+//! statements into which [`ladder`](crate::ladder) translates them.
 
 pub(crate) mod lexer;
 pub(crate) mod parser;
@@ -25,12 +25,12 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// Detects the format of a text.
+    /// Detects the format of a source.
     pub(crate) fn detect(text: &str) -> Format {
         if simatic_ml::is_it(text) { Format::SimaticMl } else { Format::Scl }
     }
 
-    /// Parses a text in this format.
+    /// Parses a source in this format.
     pub(crate) fn parse(self, text: &str, file: u32, report: &mut Report) -> Tree {
         match self {
             Format::Scl => parser::parse(text, file, report),
@@ -39,8 +39,7 @@ impl Format {
     }
 }
 
-/// Parses sources. SIMATIC SD documents and their texts are recognized by their file extensions, all others by their
-/// contents.
+/// Parses sources. SIMATIC SD documents and their text files are recognized by file extension, all others by content.
 pub(crate) fn trees(sources: &[Source], report: &mut Report) -> Vec<Tree> {
     let mut texts: HashMap<PathBuf, Texts> = HashMap::new();
     for (file, source) in sources.iter().enumerate().filter(|(_, source)| ends_in(source, "s7res")) {

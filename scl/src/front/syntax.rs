@@ -30,7 +30,7 @@ pub(crate) fn key(name: &str) -> String {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ExpressionId(pub u32);
 
-/// All expressions of a source in an arena, so that a deep one does not exhaust the stack.
+/// All expressions of a source, in an arena so that deep nesting does not exhaust the stack.
 #[derive(Debug, Default)]
 pub struct Expressions(Vec<Expression>);
 
@@ -85,7 +85,7 @@ pub struct Expression {
 /// The kind of an expression.
 #[derive(Debug)]
 pub enum ExpressionKind {
-    /// A number, a text or a typed literal, as written.
+    /// A number, a string or a typed literal, as written.
     Literal(String),
     /// `-a`, `NOT a`.
     Unary(Unary, ExpressionId),
@@ -170,7 +170,7 @@ pub enum Binary {
 pub struct Statement {
     /// Its kind.
     pub kind: StatementKind,
-    /// Its location: from its start to the end of its head.
+    /// Its location, from its start to the end of its header.
     pub span: Span,
 }
 
@@ -187,13 +187,13 @@ pub enum StatementKind {
     Case(ExpressionId, Vec<(Vec<Label>, Vec<Statement>)>, Vec<Statement>),
     /// A counting loop.
     For {
-        /// What counts.
+        /// The loop variable.
         variable: ExpressionId,
         /// Its first value.
         first: ExpressionId,
         /// Its last value.
         last: ExpressionId,
-        /// The step; 1 if there is none.
+        /// The step; 1 if omitted.
         step: Option<ExpressionId>,
         /// The statements to repeat.
         body: Vec<Statement>,
@@ -212,8 +212,8 @@ pub enum StatementKind {
     Goto(Name),
     /// A label.
     Label(Name),
-    /// Declares a temporary for the rest of the block, of the given type or that of its value; without a value it keeps
-    /// its current one.
+    /// Declares a temporary for the rest of the block. Its type is the given one or that of the value; without a value
+    /// it keeps its current one.
     Let(Name, Option<Elementary>, Option<ExpressionId>),
     /// A title or comment, kept in the program.
     Comment(String),
@@ -250,7 +250,7 @@ pub struct SourceBlock {
     pub of: Option<Type>,
     /// Its attributes.
     pub attributes: Vec<Attribute>,
-    /// The comment in its head.
+    /// The comment in its header.
     pub comment: String,
     /// Its sections.
     pub sections: Vec<Section>,
@@ -259,7 +259,7 @@ pub struct SourceBlock {
 }
 
 impl SourceBlock {
-    /// A block of which only the name is known yet.
+    /// A block with only its kind and name known so far.
     pub fn new(kind: BlockKind, name: Name) -> SourceBlock {
         SourceBlock {
             kind,
@@ -333,7 +333,7 @@ pub struct Member {
 /// An attribute in braces.
 #[derive(Clone, Debug)]
 pub struct Attribute {
-    /// Its name, in capitals.
+    /// Its upper-case name.
     pub key: String,
     /// Its value.
     pub value: String,
@@ -342,10 +342,10 @@ pub struct Attribute {
 /// The attribute that marks a stub.
 pub(crate) const STUB: &str = "STUB";
 
-/// The attribute of an organization block that names what triggers it, as in SimaticML: `CyclicInterrupt`.
+/// The attribute that specifies what triggers an organization block, as in SimaticML: `CyclicInterrupt`.
 pub(crate) const EVENT: &str = "SECONDARYTYPE";
 
-/// The value of an attribute; its name is case-insensitive.
+/// The value of an attribute, by its upper-case name.
 pub(crate) fn attribute<'a>(attributes: &'a [Attribute], key: &str) -> Option<&'a str> {
     attributes.iter().find(|attribute| attribute.key == key).map(|attribute| attribute.value.as_str())
 }
@@ -417,15 +417,15 @@ pub struct Tree {
     pub blocks: Vec<SourceBlock>,
     /// The networks in LAD and FBD, each with the index of its block.
     pub networks: Vec<(usize, Network)>,
-    /// Where each block stands, from its first word or element to its last.
+    /// The extent of each block, from its first word or element to its last.
     pub extents: Vec<Span>,
     /// Global variables and constants.
     pub globals: Vec<Section>,
-    /// The blocks of which only the interface is present, by index, and where the source declares that.
+    /// The blocks with only an interface, by index, and where the source declares that.
     pub protected: Vec<(usize, Span)>,
-    /// The blocks known only from an instance's data block, by index: they are used if no source declares the block.
+    /// The blocks known only from an instance's data block, by index. They are used if no source declares the block.
     pub instantiated: Vec<usize>,
-    /// The upper-case names of the constants that its networks use and that a tag table declares.
+    /// The upper-case names of the tag table constants used in its networks.
     pub constants: BTreeSet<String>,
     /// The expressions of the blocks.
     pub expressions: Expressions,

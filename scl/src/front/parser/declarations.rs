@@ -95,7 +95,7 @@ impl Parser<'_> {
         self.takes(";");
     }
 
-    /// The labels that the block jumps to.
+    /// The labels to which the block jumps.
     pub(crate) fn jumps(&self, end: &str) -> std::collections::BTreeSet<String> {
         let within = self.tokens[self.at..]
             .iter()
@@ -105,7 +105,8 @@ impl Parser<'_> {
         words.windows(2).filter(|pair| pair[0].eq_ignore_ascii_case("GOTO")).map(|pair| pair[1].to_string()).collect()
     }
 
-    /// Parses the head between the name and the first section; returns where the block is declared protected.
+    /// Parses the header between the name and the first section; returns where the block is declared protected, if it
+    /// is.
     fn head(&mut self, block: &mut SourceBlock, start: Span, is_quoted: bool) -> Parsed<Option<Span>> {
         let mut is_versioned = false;
         let mut protected = None;
@@ -161,7 +162,7 @@ impl Parser<'_> {
     }
 
     fn line_of(&self, span: Span) -> usize {
-        // A line is identified by its start.
+        // A line is identified by its start offset.
         self.text[..span.start as usize].rfind('\n').map_or(0, |newline| newline + 1)
     }
 
@@ -355,7 +356,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Parses a start value; in STEP 7 an array may have several without brackets.
+    /// Parses a start value; in STEP 7, an array may have several without brackets.
     fn start_list(&mut self) -> Parsed<Start> {
         let start = self.span();
         let first = self.start_value()?;
@@ -387,7 +388,7 @@ impl Parser<'_> {
         }
         let value = self.expression()?;
         if let ExpressionKind::Call(count, arguments) = &self.tree.expressions[value].kind {
-            // `"N"(0)`: repeated as often as the constant says.
+            // `"N"(0)`: the constant is the number of repetitions.
             let is_repeat = arguments.len() == 1 && arguments[0].name.is_none();
             if let (true, ExpressionKind::Name(..)) = (is_repeat, &self.tree.expressions[*count].kind) {
                 return Ok(Start::Repeat(*count, vec![Start::Value(arguments[0].value)]));

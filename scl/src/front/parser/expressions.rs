@@ -97,7 +97,7 @@ impl Parser<'_> {
         Some(operator)
     }
 
-    /// Parses an expression of operators with a precedence higher than `strength`.
+    /// Parses an expression whose operators have a precedence higher than `strength`.
     fn above(&mut self, strength: u8) -> Parsed<ExpressionId> {
         let is_signed = matches!(self.symbol_ahead(0), "-" | "+");
         let mut left = self.operand()?;
@@ -175,7 +175,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Consumes `:P` in `"Tag":P`, a direct access to the periphery: without a process image this is the tag itself.
+    /// Consumes `:P` in `"Tag":P`, a direct I/O access. There is no process image here, so this is the tag itself.
     fn takes_peripheral(&mut self) {
         let [colon, word] = [self.ahead(0), self.ahead(1)];
         let is_close = colon.span.start == self.before().end && word.span.start == colon.span.end;
@@ -185,7 +185,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Parses a name; in STEP 7, blocks may have a number: `FB 12`.
+    /// Parses a name; in STEP 7, a block may be named by its number: `FB 12`.
     pub(crate) fn numbered_name(&mut self) -> Parsed<Name> {
         let mut name = self.name("a name")?;
         let token = self.token();
@@ -198,7 +198,7 @@ impl Parser<'_> {
         Ok(name)
     }
 
-    /// Parses the callee of an element: a name followed by members and indices, up to the bracket with the pins.
+    /// Parses the callee of an element: a name followed by members and indices, up to the bracket that opens the pins.
     /// Reserved words of SCL are valid names here.
     pub(crate) fn callee(&mut self) -> Parsed<ExpressionId> {
         let start = self.span();
@@ -272,7 +272,7 @@ impl Parser<'_> {
             if named {
                 self.step();
             }
-            // `x := ,` and `x => )`: a parameter that is listed but not connected.
+            // `x := ,` and `x => )`: the parameter is listed but not connected.
             if named && matches!(self.symbol_ahead(0), "," | ")") {
                 self.takes(",");
                 continue;
@@ -286,7 +286,7 @@ impl Parser<'_> {
         Ok(arguments)
     }
 
-    /// Parses an expression; on an error, which is reported, skips it so that the statement can continue.
+    /// Parses an expression. An error is reported, and the expression skipped so that the statement can continue.
     pub(crate) fn expression_or_wrong(&mut self, is_end: impl Fn(&Self) -> bool) -> ExpressionId {
         let start = self.span();
         match self.expression() {

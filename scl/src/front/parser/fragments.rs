@@ -6,9 +6,9 @@ use crate::front::syntax::{ExpressionId, ExpressionKind, Statement, Tree, Type, 
 use crate::report::Report;
 use std::ops::Range;
 
-/// Parses fragments of a text; their spans are byte offsets in that text.
+/// Parses fragments of a text. Their spans are byte offsets in that text.
 pub(crate) struct Fragments<'a> {
-    /// The text. A reader of another format writes its fragments at their offsets into a text of blanks.
+    /// The text. A reader of another format starts from blanks and writes each fragment at its offset.
     pub text: &'a str,
     /// The index of the source.
     pub file: u32,
@@ -72,7 +72,7 @@ impl Parser<'_> {
         id
     }
 
-    /// Parses with `read`, and rejects anything after it.
+    /// Parses with `read` and rejects anything that follows.
     fn whole<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         let read = read(self)?;
         if self.is_end() { Ok(read) } else { self.fail("nothing more") }

@@ -1,11 +1,11 @@
-//! Global variables and constants in IEC 61131-3 notation; TIA Portal keeps them in tag tables.
+//! Global variables and constants in IEC 61131-3 notation; in TIA Portal they are kept in tag tables.
 
 use super::{Parsed, Parser};
 use crate::front::lexer::Kind;
 use crate::front::syntax::{Name, Section, SectionKind};
 
 impl Parser<'_> {
-    /// Parses `VAR_GLOBAL ... END_VAR`, outside of all blocks.
+    /// Parses `VAR_GLOBAL ... END_VAR` outside all blocks.
     pub(crate) fn globals(&mut self) {
         self.step();
         let kind = if self.takes_word("CONSTANT") { SectionKind::Constant } else { SectionKind::Static };

@@ -1,4 +1,5 @@
-//! Parses tokens to a syntax tree. Any text yields a tree and a list of errors; deep nesting is an error, too.
+//! Parses tokens into a syntax tree. Any text yields a tree and a list of errors; nesting that is too deep is an error,
+//! too.
 
 mod declarations;
 mod expressions;
@@ -19,10 +20,10 @@ pub(crate) use fragments::Fragments;
 /// The maximum nesting depth of statements, brackets, types and start values together.
 const DEEPEST: usize = 100;
 
-/// Parsing of a source stops after this many errors.
+/// Parsing of a source stops at this many errors.
 const MOST_ERRORS: usize = 100;
 
-/// The advice for a file that is not text, or is UTF-16 without a byte order mark.
+/// Advice for a file that is not text, or is UTF-16 without a byte order mark.
 const SAVE: &str = "save the source as text in UTF-8";
 
 /// Parses an SCL source.
@@ -48,7 +49,7 @@ pub(crate) fn may_set_eno(text: &str) -> bool {
     text.contains("ENO") || text.split("RETURN").skip(1).any(is_value)
 }
 
-/// A parser for a text from a byte offset on, which adds to a tree.
+/// Creates a parser that starts at a byte offset of a text and adds to a tree.
 fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a mut Report) -> Parser<'a> {
     let Tokens { tokens, comments, attributes, unclosed, nested } = tokens(text, from, file);
     for span in nested {
@@ -93,11 +94,11 @@ pub(crate) struct Parser<'a> {
     attributes: Vec<Span>,
     pub at: usize,
     depth: usize,
-    /// The labels that the block jumps to, which distinguishes them from CASE values.
+    /// The labels to which the block jumps, to tell labels from CASE values.
     gotos: BTreeSet<String>,
-    /// Whether a data block is being parsed, whose elements are written `[1]`.
+    /// Whether a data block is being parsed; its elements are written `[1]`.
     is_data: bool,
-    /// The texts of a document in SIMATIC SD; `None` in SCL.
+    /// The texts of a SIMATIC SD document; `None` in SCL.
     pub document: Option<&'a Texts<'a>>,
     /// Whether a premature end of file has been reported.
     is_end_told: bool,
@@ -190,7 +191,7 @@ impl<'a> Parser<'a> {
         if self.takes_word(word) { Ok(()) } else { self.fail(word) }
     }
 
-    /// Reports an error at the current token: what was expected there.
+    /// Reports at the current token what was expected there.
     pub(crate) fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
         self.fail_with(expected, None)
     }
@@ -226,11 +227,11 @@ impl<'a> Parser<'a> {
         self.report.errors() >= self.most
     }
 
-    /// Parses one nesting level deeper.
+    /// Parses with `parse` one nesting level deeper.
     pub(crate) fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.depth == DEEPEST {
             let message = format!("more than {DEEPEST} levels are nested here");
-            // Whatever follows would be parsed at the wrong depth.
+            // Anything after this would be parsed at the wrong depth.
             self.most = self.report.errors() + 1;
             return self.refuse(self.span(), &message, Some("move the inner part to a variable or a function"));
         }
@@ -258,7 +259,7 @@ impl<'a> Parser<'a> {
         within.flat_map(|span| attributes(&self.text[span.range()])).collect()
     }
 
-    /// The range of an attribute's value between two byte offsets, without its quotation marks.
+    /// The range of an attribute's value, without quotation marks, if the attribute is between two byte offsets.
     pub(crate) fn value_within(&self, from: u32, to: u32, name: &str) -> Option<std::ops::Range<usize>> {
         let first = self.attributes.partition_point(|span| span.start < from);
         let mut within = self.attributes[first..].iter().take_while(|span| span.start < to);
@@ -289,7 +290,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// The advice for a nested comment.
+/// Advice for a nested comment.
 const NESTED: &str = "editions of TIA Portal differ here: end the first one before the second begins";
 
 /// A name without `#` and quotation marks.

@@ -49,7 +49,7 @@ impl Parser<'_> {
         self.fail_with(word, Some(&format!("the {what} in line {line} is not closed")))
     }
 
-    /// Parses statements up to a word that ends them or, in CASE, up to the next label.
+    /// Parses statements up to a word that ends them or, in CASE, to the next label.
     pub(crate) fn statements(&mut self, is_case: bool) -> Vec<Statement> {
         let mut statements = Vec::new();
         while !self.is_end() && !self.is_statement_end() && !self.is_exhausted() {
@@ -86,7 +86,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether a CASE label, a value followed by a colon, starts at the current token.
+    /// Whether a CASE label starts at the current token: a value followed by a colon.
     fn is_case_label(&self) -> bool {
         if self.symbol_ahead(1) == ":" && self.token().kind == Kind::Word {
             return !self.gotos.contains(self.text_of(self.token()));
@@ -162,7 +162,7 @@ impl Parser<'_> {
             }
             _ => self.assignment()?,
         };
-        // After END_IF and similar, TIA Portal requires a semicolon; its absence is unambiguous.
+        // TIA Portal requires a semicolon after END_IF and the like; without it, the source is still unambiguous.
         let is_block = self.word_before().starts_with("END_");
         if !self.takes(";") && !is_block && !self.is_statement_end() {
             return self.fail("`;`");
@@ -217,7 +217,7 @@ impl Parser<'_> {
             self.expect_word("THEN")?;
             arms.push((condition, self.statements(false)));
             if self.is_misspelt_elsif() {
-                // Reported as an error, and parsed as intended.
+                // Report an error, but parse it as intended.
                 let message = format!("SCL has no {}", self.word_ahead(0));
                 let _ = self.refuse::<()>(self.span(), &message, Some("write ELSIF"));
             } else if !self.is_word("ELSIF") {

@@ -1,4 +1,4 @@
-//! Reads the sections and members of an interface.
+//! Reads the sections and members of a block interface.
 
 use super::{Reader, shown};
 use crate::front::syntax::{
@@ -7,7 +7,7 @@ use crate::front::syntax::{
 };
 use parameters::xml::Element;
 
-/// The attributes of a member that are read, with their names in SCL.
+/// The member attributes that are read, with their SCL names.
 const ATTRIBUTES: [(&str, &str); 4] = [
     ("SetPoint", "S7_SETPOINT"),
     ("ExternalAccessible", "EXTERNALACCESSIBLE"),
@@ -16,7 +16,7 @@ const ATTRIBUTES: [(&str, &str); 4] = [
 ];
 
 impl Reader<'_> {
-    /// Reads the interface of a block, a data block or a type; of an instance its start values.
+    /// Reads the interface of a block, data block or type; for an instance, only its start values.
     pub(super) fn interface(&mut self, element: Element, block: &mut SourceBlock) {
         let interface = element.child("AttributeList").and_then(|list| list.child("Interface"));
         let Some(sections) = interface.and_then(|interface| interface.child("Sections")) else {
@@ -59,7 +59,7 @@ impl Reader<'_> {
                 let is_retained = element.attribute("Remanence") == Some("Retain");
                 if is_retained { retained.push(member) } else { kept.push(member) }
             }
-            // The order matters only for addresses in a data block; its members have no offsets here.
+            // The order of members matters only for addresses in a data block, and there are no such offsets here.
             for (members, is_retained) in [(kept, false), (retained, true)] {
                 if !members.is_empty() {
                     block.sections.push(Section { kind, is_retained, members });
@@ -97,7 +97,7 @@ impl Reader<'_> {
         Name { text: element.attribute("Name").unwrap_or_default().to_string(), span: self.span(element) }
     }
 
-    /// Reads a member; the values of array elements are read with the array.
+    /// Reads a member. The values of array elements are read with the array.
     fn member(&mut self, element: Element, is_in_array: bool) -> Option<Member> {
         let name = self.name(element);
         if name.text.is_empty() {
@@ -140,7 +140,7 @@ impl Reader<'_> {
             return Some(self.structure(element, is_in_array));
         }
         let upper = written.to_ascii_uppercase();
-        // `Array[0..3] of Struct`: the structure's members are the children of the member.
+        // `Array[0..3] of Struct`: the structure's members are children of this element.
         if upper.starts_with("ARRAY") && upper.trim_end().ends_with(" STRUCT") {
             let bounds = &written[..written.trim_end().len() - " Struct".len()];
             let range = self.fragment(element.span().start, &format!("{bounds} Bool"));
@@ -160,8 +160,8 @@ impl Reader<'_> {
         Type { kind: TypeKind::Struct(members), span: self.span(element) }
     }
 
-    /// The start values of a member and its descendants, each with its path. The members of a structure state their
-    /// own.
+    /// The start values of a member and its descendants, each with its path. Members of a plain structure are excluded;
+    /// they have start values of their own.
     fn parts(
         &mut self,
         element: Element,
@@ -195,7 +195,7 @@ impl Reader<'_> {
         let is_structure = written.trim_end().to_ascii_uppercase().ends_with("STRUCT");
         let sections = element.children("Sections").flat_map(|sections| sections.children("Section"));
         let inner = sections.flat_map(|section| section.children("Member"));
-        // The members of an array of structures state their values per element.
+        // The members of an array of structures specify their values per element.
         let own = element.children("Member").filter(|_| !is_structure || dimensions > 0);
         for member in inner.chain(own) {
             path.push(PathStep::Member(self.name(member)));
@@ -219,7 +219,7 @@ impl Reader<'_> {
     }
 }
 
-/// A path with the given indices in place of those of its arrays.
+/// A path with the indices of its arrays replaced by the given ones.
 fn filled(path: &[PathStep], arrays: &[usize], indices: &str) -> Option<Vec<PathStep>> {
     let indices: Option<Vec<i64>> = indices.split(',').map(|index| index.trim().parse().ok()).collect();
     let mut indices = indices?.into_iter();

@@ -1,5 +1,5 @@
-//! Reads SimaticML, TIA Portal's export format in Openness. Blocks in LAD, FBD and SCL, data blocks and types become
-//! the same tree as SCL sources; networks in STL and GRAPH are rejected by name.
+//! Reads SimaticML, the export format of TIA Portal Openness. Blocks in LAD, FBD and SCL, data blocks and types become
+//! the same tree as SCL sources. Networks in STL and GRAPH are rejected; the error names the language.
 
 mod interface;
 mod network;
@@ -14,7 +14,7 @@ use parameters::problem::quoted;
 use parameters::xml::{self, Element};
 use text::Written;
 
-/// Whether a text is XML.
+/// Whether a source is XML.
 pub(super) fn is_it(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
@@ -129,7 +129,7 @@ impl Reader<'_> {
         self.tree.blocks.push(block);
     }
 
-    /// Keeps the block of an instance by the interface that its data block repeats.
+    /// Adds the function block of an instance, with the interface repeated in the instance's data block.
     fn instantiated(&mut self, element: Element, extent: Span, name: Name) {
         let span = name.span;
         let mut block = SourceBlock::new(BlockKind::FunctionBlock, name);
@@ -145,13 +145,13 @@ impl Reader<'_> {
     }
 }
 
-/// Title and comment of a block.
+/// The title and comment of a block.
 fn block_comment(element: Element) -> String {
     let texts = ["Title", "Comment"].map(|name| multilingual(element, name));
     texts.iter().filter(|text| !text.is_empty()).map(String::as_str).collect::<Vec<_>>().join("\n")
 }
 
-/// A multilingual text: the English one if there is one, else the first that is not empty.
+/// A multilingual text: English if available, else the first that is not empty.
 fn multilingual(element: Element, name: &str) -> String {
     let Some(list) = element.child("ObjectList") else { return String::new() };
     let texts = list.children("MultilingualText").filter(|text| text.attribute("CompositionName") == Some(name));
@@ -165,7 +165,7 @@ fn multilingual(element: Element, name: &str) -> String {
     shown(texts)
 }
 
-/// The text to show of several, each with its language.
+/// Selects the text to show from translations, each with its language.
 fn shown<'e>(texts: impl Iterator<Item = (&'e str, &'e str)>) -> String {
     let all: Vec<(&str, &str)> = texts.collect();
     let english = all.iter().find(|(culture, _)| culture.to_ascii_lowercase().starts_with("en"));

@@ -1,4 +1,4 @@
-//! Reads the networks of a block: graphs in LAD and FBD, statements in SCL.
+//! Reads the networks of a block: LAD and FBD as graphs, SCL as statements.
 
 use super::{Reader, multilingual};
 use crate::front::parser::may_set_eno;
@@ -9,9 +9,9 @@ use parameters::problem::quoted;
 use parameters::xml::Element;
 use std::collections::{HashMap, HashSet};
 
-/// The meaning of a part, an access or a call, by UId.
+/// What the UId of a part, an access or a call denotes.
 enum Node {
-    /// An element, as an index in the network.
+    /// An element, by its index in the network.
     Element(usize),
     /// An operand.
     Operand(ExpressionId),
@@ -136,7 +136,7 @@ impl Reader<'_> {
                 }
                 "Equation" => {
                     let (text, range) = child.text();
-                    // `OUT := IN1 + IN2`, or the sum only.
+                    // `OUT := IN1 + IN2`, or only the right-hand side.
                     let text = text.split_once(":=").map_or(text, |(_, value)| value);
                     let range = self.fragment(range.start.max(child.span().start), text.trim_end_matches([';', ' ']));
                     element.equation = Some(self.fragments().expression(range));
@@ -230,7 +230,7 @@ impl Reader<'_> {
                     _ => self.unknown(end),
                 },
                 "IdentCon" => match (end.attribute("UId").and_then(|uid| nodes.get(uid)), &source) {
-                    // The variable of a coil may be drawn as its output.
+                    // The variable of a coil may be drawn as if it were its output.
                     (Some(Node::Operand(target)), Source::Pin(number, pin))
                         if matches!(pin.as_str(), "OPERAND" | "BIT") =>
                     {
@@ -258,7 +258,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether an element at one end already has the maximum number of pins, which is reported as an error.
+    /// Reports an error if an element at either end already has the maximum number of pins. Returns whether that is so.
     fn is_full(&mut self, end: Element, source: &Source, nodes: &HashMap<&str, Node>, network: &Network) -> bool {
         let target = match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
             Some(Node::Element(number)) => Some(*number),
@@ -287,7 +287,7 @@ impl Reader<'_> {
     }
 }
 
-/// Connects a jump of FBD without an input to TRUE, so that it always jumps.
+/// Connects each FBD jump without an input to TRUE, so that it always jumps.
 fn jump_always(network: &mut Network) {
     for element in network.elements.iter_mut().filter(|element| element.call.is_none() && element.inputs.is_empty()) {
         if matches!(elements::named(&element.name).map(|row| row.law), Some(Law::Jump(_) | Law::Return(_))) {

@@ -8,7 +8,7 @@ use parameters::problem::quoted;
 use parameters::xml::Element;
 use std::ops::Range;
 
-/// The scopes of operands that need no notation of their own.
+/// The scopes of operands that need no special notation.
 const SCOPES: [&str; 8] = [
     "",
     "Undef",
@@ -20,7 +20,7 @@ const SCOPES: [&str; 8] = [
     "TypedConstant",
 ];
 
-/// Elements without effect: comments, blanks, which are already present, and editor notes.
+/// Elements without effect: comments, editor notes, and blanks, which the text already has.
 const IDLE: [&str; 9] = [
     "Address",
     "Blank",
@@ -33,8 +33,8 @@ const IDLE: [&str; 9] = [
     "StringAttribute",
 ];
 
-/// A text as long as the document, blank except for the SCL fragments, each at the place of its element: so spans in it
-/// are spans in the document.
+/// A text as long as the document, blank except for SCL fragments, each at the offset of its element. Spans in it are
+/// therefore spans in the document.
 pub(super) struct Written {
     text: String,
     /// The end of the last fragment.
@@ -77,7 +77,7 @@ impl Written {
     }
 }
 
-/// A name as written in a path, without quotation marks where it needs none.
+/// A name as written in a path, in quotation marks if it needs them.
 fn quoted_name(name: &str) -> String {
     let is_plain = name.chars().all(is_word) && !name.starts_with(|first: char| first.is_ascii_digit());
     if is_plain { name.to_string() } else { format!("\"{name}\"") }
@@ -92,7 +92,7 @@ impl Reader<'_> {
         self.written.since(from)
     }
 
-    /// Reports a fragment that does not fit: a document is normally longer than its contents in SCL.
+    /// Reports a fragment that did not fit: normally, a document is longer than its contents in SCL.
     fn check_written(&mut self, at: usize) {
         if self.written.is_full {
             self.written.is_full = false;
@@ -199,7 +199,7 @@ impl Reader<'_> {
             let at = component.span().start;
             match component.name() {
                 "Component" => {}
-                // A slice in statements; the points between components are written here.
+                // A slice in statements; the dots between components are written here.
                 "Token" => {
                     let text = component.attribute("Text").unwrap_or_default();
                     if text.starts_with('%') {
@@ -223,7 +223,7 @@ impl Reader<'_> {
             };
             self.written.put(at, &text);
             is_first = false;
-            // TIA Portal V17 has indices without the attribute, too.
+            // TIA Portal V17 also writes indices without the attribute.
             let is_array = component.attribute("AccessModifier").is_some_and(|how| how == "Array")
                 || component.children("Access").next().is_some();
             if let Some(how) = component.attribute("AccessModifier").filter(|how| how.starts_with("Reference")) {
@@ -334,7 +334,7 @@ impl Reader<'_> {
         }
     }
 
-    /// An element that is not known may change what the statement does.
+    /// Reports an unknown element, since it may change what the statement does.
     fn refuse(&mut self, element: Element) {
         let name = element.attribute("Text").unwrap_or(element.name());
         let message = format!("{} is not read in a statement", quoted(name));

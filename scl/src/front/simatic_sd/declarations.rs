@@ -1,12 +1,11 @@
-//! Reads the parts of declarations that documents have and SCL does not.
+//! Reads the parts of declarations that exist in documents but not in SCL.
 
 use super::Texts;
 use crate::front::lexer::Kind;
 use crate::front::parser::{Failed, Parsed, Parser};
 use crate::front::syntax::{Attribute, Member, SourceBlock, Statement, StatementKind, attribute};
 
-/// The attributes that control a member's visibility, the word that hides the member, and the corresponding attribute
-/// in SCL.
+/// The attributes that control a member's visibility, the word that hides the member, and the SCL equivalent.
 const HIDING: [(&str, &str, &str); 2] =
     [("S7_VISIBILITY", "Hidden", "EXTERNALVISIBLE"), ("S7_ACCESS", "NoAccess", "EXTERNALACCESSIBLE")];
 
@@ -21,13 +20,13 @@ impl Parser<'_> {
         is_global
     }
 
-    /// Reads the attributes and comment of a block, which precede its first word at byte offset `to`.
+    /// Reads the attributes and comment of a block. They precede its first word, which is at byte offset `to`.
     pub(crate) fn document_head(&self, block: &mut SourceBlock, texts: &Texts, from: u32, to: u32) {
         block.attributes = self.attributes_within(from, to);
         block.comment = shown(&block.attributes, texts, &["S7_BLOCKTITLE", "S7_BLOCKCOMMENT"]);
     }
 
-    /// Reads the attributes and comment of a member, which precede its name at byte offset `to`.
+    /// Reads the attributes and comment of a member. They precede its name, which is at byte offset `to`.
     pub(crate) fn document_member(&self, member: &mut Member, texts: &Texts, from: u32, to: u32) {
         member.attributes.splice(..0, self.attributes_within(from, to));
         for (name, word, hiding) in HIDING {
@@ -41,7 +40,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Parses `a.b[1] := 5;` in a data block. `a[1] := ();` is only a placeholder for a comment.
+    /// Parses start values such as `a.b[1] := 5;` in a data block. `a[1] := ();` is only a placeholder for a comment.
     pub(crate) fn document_starts(&mut self) -> Vec<Statement> {
         let mut statements = Vec::new();
         while !self.is_end() && !self.is_statement_end() && !self.is_exhausted() {

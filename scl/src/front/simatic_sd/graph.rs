@@ -14,10 +14,10 @@ pub(super) type Variables = BTreeMap<String, String>;
 /// The maximum number of wires in a row without an element between them.
 const MOST_WIRES: usize = 100;
 
-/// The flow that arrives at a position.
+/// The flow that reaches a position.
 #[derive(Clone, Debug)]
 enum Flow {
-    /// Nothing: a rung in FBD whose first element has no input.
+    /// None: an FBD rung whose first element has no input.
     Nothing,
     /// The value of one source.
     Of(Source),
@@ -113,7 +113,7 @@ impl Graph<'_, '_, '_> {
                 element.name = "ReturnValue".to_string();
             }
             (Some(_), instance) => element.called = instance,
-            // An instruction of the instance's own type: `#stop.ESTOP1( ... )`.
+            // The instruction is the instance's own type: `#stop.ESTOP1( ... )`.
             (None, Some(instance)) if self.is_type_of(instance, &name) => element.called = Some(instance),
             _ => {
                 let is_function = instance.is_none() && scope != Scope::Local && !is_variable;
@@ -129,7 +129,7 @@ impl Graph<'_, '_, '_> {
         self.flow(number, law, flow, span)
     }
 
-    /// The name by which an element is called, its notation, and the instance before it.
+    /// The name by which an element is called, its notation, and the instance that precedes it, if any.
     fn called(&self, written: &rungs::Element) -> (Name, Scope, Option<ExpressionId>) {
         match &self.parser.tree.expressions[written.callee].kind {
             ExpressionKind::Name(scope, name) => (name.clone(), *scope, None),
@@ -139,7 +139,7 @@ impl Graph<'_, '_, '_> {
         }
     }
 
-    /// Whether the name of an instance's type starts with a name: `TON` for TON_TIME.
+    /// Whether a name denotes a known block, or the type name of an instance starts with it: `TON` for TON_TIME.
     fn is_type_of(&self, instance: ExpressionId, name: &Name) -> bool {
         let of = match &self.parser.tree.expressions[instance].kind {
             ExpressionKind::Name(_, variable) => self.variables.get(&variable.key()),
@@ -195,7 +195,7 @@ impl Graph<'_, '_, '_> {
                             "put it where the wire ends",
                         );
                     }
-                    // The wire may be unconnected.
+                    // The wire may lead nowhere.
                     self.network.elements[number].open.push(name.to_string());
                     self.place(Flow::Of(Source::Pin(number, name.to_string())), wire);
                 }
@@ -226,7 +226,7 @@ impl Graph<'_, '_, '_> {
         }
     }
 
-    /// Connects the flow to the pin that accepts it, and returns the flow that leaves the element.
+    /// Connects the flow to the pin that accepts it; returns the flow that leaves the element.
     fn flow(&mut self, number: usize, law: Option<Law>, flow: Flow, span: Span) -> Flow {
         let (entrance, exit) = flow_pins(law);
         let element = &self.network.elements[number];
@@ -235,7 +235,7 @@ impl Graph<'_, '_, '_> {
         let is_rail = matches!(flow, Flow::Of(Source::Rail) | Flow::Nothing);
         let is_open = matches!(flow, Flow::Nothing);
         match (is_taken, law) {
-            // A jump of FBD without an input always jumps.
+            // An FBD jump without an input always jumps.
             (false, Some(Law::Jump(_) | Law::Return(_))) if is_open => {
                 self.connect(number, entrance, Flow::Of(Source::Rail));
             }
@@ -254,7 +254,7 @@ impl Graph<'_, '_, '_> {
         Flow::Of(Source::Pin(number, exit.to_string()))
     }
 
-    /// Connects the pins fed by wires to the source of the wire or, if there are several, to a gate that combines them.
+    /// Connects each pin fed by a wire to the wire's source or, if it has several, to a gate that combines them.
     fn join(&mut self) {
         let mut joined: BTreeMap<String, Option<Source>> = BTreeMap::new();
         for (number, pin, wire) in std::mem::take(&mut self.pending) {
@@ -312,7 +312,7 @@ impl Graph<'_, '_, '_> {
     }
 }
 
-/// The pins by which the flow enters and leaves an element.
+/// The pins through which the flow enters and leaves an element.
 fn flow_pins(law: Option<Law>) -> (&'static str, &'static str) {
     match law {
         None | Some(Law::Box(..) | Law::Demultiplex | Law::Statement(_) | Law::System) => ("EN", "ENO"),
@@ -334,7 +334,7 @@ fn needs_flow(law: Law) -> bool {
     is_timer || matches!(law, Law::Gate(_) | Law::Coil(_) | Law::Set(_) | Law::EdgeCoil(_) | Law::SetField(_))
 }
 
-/// The pins of an element that are identified by position, in order.
+/// The pins identified by position, in order.
 fn positions(law: Law) -> &'static [&'static str] {
     match law {
         Law::EdgeOfFlow(_) => &["BIT"],

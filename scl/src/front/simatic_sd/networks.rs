@@ -45,7 +45,7 @@ impl Parser<'_> {
                 Language::Graph => {
                     let before = self.report.errors();
                     let written = self.rungs();
-                    // If a part of a network could not be read, checking the rest makes little sense.
+                    // If part of a network cannot be read, there is little point in checking the rest.
                     if self.report.errors() == before {
                         let mut network = self.graph(written, network, &variables);
                         statements.extend(lower(&mut network, &owner, &mut self.tree, self.report));
@@ -68,8 +68,8 @@ impl Parser<'_> {
         statements
     }
 
-    /// The language of the network whose first word was read: as declared for the network or the block, or as its first
-    /// word implies.
+    /// The language of the network whose first word has been read: as declared for the network or the block, otherwise
+    /// as the word after it implies.
     fn language(&mut self, block: &SourceBlock, attributes: &[Attribute], begin: Span) -> Parsed<Language> {
         let of_block = || {
             let keys = ["S7_PREFERREDLANGUAGE", "S7_LANGUAGE", "S7_EDITORMODE"];

@@ -1,11 +1,11 @@
-//! Parses rungs of LAD and FBD as written: elements in the order of the flow, and wires between them.
+//! Parses LAD and FBD rungs as written: elements in the order of the flow, and wires between them.
 
 use crate::front::lexer::{Kind, Span};
 use crate::front::parser::{Failed, Parsed, Parser};
 use crate::front::syntax::{Attribute, ExpressionId, Name};
 use crate::ladder::MOST_PINS;
 
-/// Unsupported instructions, whose pins have a notation of their own.
+/// Unsupported instructions, which have a special notation for pins.
 const REFUSED: [&str; 2] = ["JUMPLIST", "SWITCH"];
 
 /// A network as written.
@@ -22,7 +22,7 @@ pub(crate) struct Network {
 pub(crate) struct Rung {
     /// The source of the flow.
     pub from: From,
-    /// The elements and wires that it passes.
+    /// The elements and wires it passes through.
     pub steps: Vec<Step>,
     /// The wire it leads to: `END_RUNG wire#w1`.
     pub to: Option<Name>,
@@ -31,7 +31,7 @@ pub(crate) struct Rung {
 /// The start of a rung.
 #[derive(Debug)]
 pub(crate) enum From {
-    /// `wire#powerrail`, or nothing, in which case the first element of a rung in FBD has no input.
+    /// `wire#powerrail` or nothing; if nothing, the first element of the FBD rung has no input.
     Nothing { is_rail: bool },
     /// `wire#w1`.
     Wire(Name),
@@ -39,7 +39,7 @@ pub(crate) enum From {
     Operand(ExpressionId),
 }
 
-/// A station of the flow.
+/// A point along the flow.
 #[derive(Debug)]
 pub(crate) enum Step {
     /// `wire#w1`: other rungs start or end here.
@@ -74,7 +74,7 @@ pub(crate) struct Pin {
     pub is_output: bool,
     /// The connection.
     pub value: Connection,
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
 }
 
@@ -90,7 +90,7 @@ pub(crate) enum Connection {
 }
 
 impl Parser<'_> {
-    /// Parses the rungs of a network up to its end. Errors in a rung are reported, and the next one is parsed.
+    /// Parses the rungs of a network up to its end. After an error, parsing resumes with the next rung.
     pub(crate) fn rungs(&mut self) -> Network {
         let mut network = Network::default();
         while !self.is_end() && !self.is_statement_end() && !self.is_word("NETWORK") && !self.is_exhausted() {
@@ -111,7 +111,7 @@ impl Parser<'_> {
         network
     }
 
-    /// Parses `Label( here )`; `None` for a label without a name.
+    /// Parses `Label( here )`; returns `None` for a label without a name.
     fn label(&mut self) -> Parsed<Option<Name>> {
         self.step();
         self.expect("(")?;
@@ -164,7 +164,7 @@ impl Parser<'_> {
                 (Kind::Symbol, ".") => {}
                 (Kind::End, _) => return false,
                 _ if depth > 0 => {}
-                // Two names in a row: the first was an operand.
+                // Two names in a row: the first is an operand.
                 (Kind::Word | Kind::Local | Kind::Quoted | Kind::Percent | Kind::Literal, _)
                     if by == 0 || self.symbol_ahead(by - 1) == "." => {}
                 _ => return false,
@@ -173,7 +173,7 @@ impl Parser<'_> {
         false
     }
 
-    /// Whether `wire#w1`, without a space, is `by` tokens ahead.
+    /// Whether `wire#w1`, without spaces, is `by` tokens ahead.
     fn is_wire(&self, by: usize) -> bool {
         let [word, name] = [self.ahead(by), self.ahead(by + 1)];
         self.word_ahead(by) == "WIRE" && name.kind == Kind::Local && name.span.start == word.span.end

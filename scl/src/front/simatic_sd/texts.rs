@@ -1,25 +1,25 @@
-//! The texts of documents: titles and comments by id and language, as stored in `.s7res` files.
+//! The texts of documents: titles and comments by ID and language, as stored in `.s7res` files.
 
 use crate::front::lexer::Span;
 use crate::report::Report;
 use saphyr_parser::{Event, Marker, Parser};
 use std::borrow::Cow;
 
-/// The advice for a malformed file.
+/// Advice for a malformed file.
 const EXPORT: &str =
     "export the document from TIA Portal again, or leave the file out: it contains only titles and comments";
 
 /// The texts of a document.
 #[derive(Debug, Default)]
 pub(crate) struct Texts<'a> {
-    /// All texts in all languages; those with the same id are consecutive, in file order.
+    /// All texts in all languages; those with the same ID are consecutive, in file order.
     entries: Vec<Entry<'a>>,
 }
 
 /// A text in one language.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Entry<'a> {
-    /// Its id: `MLC_4kK`.
+    /// Its ID: `MLC_4kK`.
     pub id: Cow<'a, str>,
     /// Its language: `en-US`.
     pub language: Cow<'a, str>,
@@ -28,7 +28,7 @@ pub(crate) struct Entry<'a> {
 }
 
 impl<'a> Texts<'a> {
-    /// Reads the texts of a file and reports errors in it.
+    /// Reads the texts of a file and reports any error.
     pub(crate) fn read(text: &'a str, file: u32, report: &mut Report) -> Texts<'a> {
         // A document without texts comes with an empty file, or with one that contains `<root />`.
         if text.trim().is_empty() || text.trim_start().starts_with("<root") {
@@ -45,15 +45,15 @@ impl<'a> Texts<'a> {
         texts
     }
 
-    /// The texts with this id in all languages.
+    /// The texts with this ID in all languages.
     pub(crate) fn all(&self, id: &str) -> &[Entry<'a>] {
         let first = self.entries.partition_point(|entry| *entry.id < *id);
         let count = self.entries[first..].iter().take_while(|entry| entry.id == id).count();
         &self.entries[first..first + count]
     }
 
-    /// The text to show for an id: the English one if there is one, else the first that is not empty. Anything that is
-    /// not an id stands for itself.
+    /// The text to show for an ID: English if available, else the first that is not empty. A string that is not an ID
+    /// is returned as it is.
     pub(crate) fn shown<'t>(&'t self, id: &'t str) -> &'t str {
         match self.all(id) {
             [] if id.starts_with("MLC_") => "",
@@ -67,7 +67,7 @@ impl<'a> Texts<'a> {
     }
 }
 
-/// The position where reading stopped, and the reason.
+/// Where reading stopped, and why.
 type Stopped = (Marker, String);
 
 struct Reader<'a> {
@@ -112,7 +112,7 @@ impl<'a> Reader<'a> {
         if is_it(&next.0) { Ok(()) } else { unexpected(&next, what) }
     }
 
-    /// Reads an id and its text in each language; returns `false` at the end of the list.
+    /// Reads an ID and its text in each language; returns `false` at the end of the list.
     fn text(&mut self) -> Result<bool, Stopped> {
         match self.next()? {
             (Event::SequenceEnd, _) => return Ok(false),
