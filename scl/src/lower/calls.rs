@@ -1,4 +1,4 @@
-//! Calls of functions and instances.
+//! Function and instance calls.
 
 use super::Lowerer;
 use super::paths::{Path, Variable};
@@ -20,7 +20,7 @@ const MOST_NAMES: usize = 12;
 enum Callee {
     /// A function.
     Function(usize),
-    /// An instance: the block called, and the place of the instance.
+    /// An instance: its block and its place.
     Instance(usize, Place),
     /// An undeclared name.
     Missing(Missing),
@@ -82,7 +82,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The value returned by a function that has a source.
+    /// Lowers a call of a function with source code; returns its value.
     pub(crate) fn value_of_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Operand {
         if self.compiler.blocks[block].result == Type::Void {
             let name = self.compiler.blocks[block].name.clone();
@@ -131,8 +131,8 @@ impl Lowerer<'_, '_> {
         self.compiler.call_missing(&missing.name, formals);
     }
 
-    /// The type of a parameter as indicated by an argument; nothing for an instance, or for a structure without a name:
-    /// a stub has no parameter for these.
+    /// The parameter type that an argument implies, `Some(None)` if it is unknown. `None` for an instance or an unnamed
+    /// structure, for which a stub has no parameter.
     fn actual(&mut self, argument: &Argument, is_enabling: bool) -> Option<Option<String>> {
         if argument.is_output {
             self.declare_for(argument.value, &Type::Elementary(Elementary::Bool));
@@ -399,7 +399,7 @@ impl Lowerer<'_, '_> {
             self.error(span, message, Some(&help));
             return Callee::Wrong;
         }
-        // No instance of a system block has its name without quotation marks: ATTR_DB is a function.
+        // An unquoted system name is never an instance: ATTR_DB is a function.
         let is_instance = capitals.ends_with("_DB") && (scope == Scope::Global || super::refused(&capitals).is_none())
             || capitals.starts_with("DB")
             || blocks.len() > 1 && !formal.is_empty()
@@ -479,8 +479,8 @@ impl Lowerer<'_, '_> {
         arguments.iter().find(is_it).filter(|_| !is_own)
     }
 
-    /// Makes a call with EN and ENO: it runs only if EN is TRUE; ENO is FALSE if it did not run, else that of the
-    /// block.
+    /// Lowers a call with EN and ENO: it runs only if EN is TRUE. ENO is FALSE if it did not run, otherwise the block's
+    /// ENO.
     fn enabled(
         &mut self,
         block: usize,
@@ -521,7 +521,7 @@ impl Lowerer<'_, '_> {
         value
     }
 
-    /// The output that copies ENO of the block to `told`; for a block without ENO, sets `told` to TRUE instead.
+    /// The output that copies the block's ENO to `told`; for a block without ENO, sets `told` to TRUE instead.
     fn told(&mut self, block: usize, told: Option<&Place>, span: Span) -> Option<(usize, Place)> {
         let told = told?.clone();
         match self.compiler.blocks[block].eno {
@@ -697,7 +697,7 @@ impl Lowerer<'_, '_> {
         for number in 0..parameters {
             match references.iter().find(|(local, _)| *local == number) {
                 Some((_, place)) => passed.push(ir::Argument::Reference(place.clone())),
-                // A stub leaves out what has no form here, and does nothing with the rest.
+                // A stub omits parameters that cannot be represented here and ignores the others.
                 None if self.is_stub(block) => {
                     let ty = self.compiler.program.functions[function].locals[number].ty.clone();
                     passed.push(ir::Argument::Reference(self.temp(ty)));

@@ -7,7 +7,7 @@ use crate::front::lexer::Span;
 use crate::ir::{At, Binary, Convert, Expr, Scalar, Unary, Value};
 use manifest::Cpu;
 
-/// A conversion in the program, folded if its operand is constant.
+/// A conversion, folded if its operand is constant.
 pub(super) fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> Expr {
     if from == to && matches!(how, Convert::Value | Convert::Bits) {
         return value;
@@ -20,7 +20,7 @@ pub(super) fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: A
     Expr::Convert(how, from, to, Box::new(value), at)
 }
 
-/// An operation in the program, folded if both operands are constant and no warning is due.
+/// A binary operation, folded if both operands are constant and no warning is due.
 pub(super) fn binary(operation: Binary, of: Scalar, left: Expr, right: Expr, at: At) -> Expr {
     if let (Expr::Const(left), Expr::Const(right)) = (&left, &right)
         && let Some((result, false)) = operation.fold(*left, *right)
@@ -60,7 +60,7 @@ impl Lowerer<'_, '_> {
         if self.compiler.cpu == Cpu::S7300 { Elementary::Real } else { Elementary::LReal }
     }
 
-    /// The operand converted to a type, as in an assignment.
+    /// Converts an operand to a type, as in an assignment.
     pub(crate) fn converted(&mut self, operand: Operand, to: Elementary, span: Span) -> Expr {
         match operand {
             Operand::Value(from, value) => self.implicit(value, from, to, span),
@@ -93,7 +93,7 @@ impl Lowerer<'_, '_> {
                 if let Some(name) = name {
                     self.guess(&name, to);
                 }
-                // Not a constant, so that nothing is concluded from its value.
+                // Not a constant, so no conclusions are drawn from its value.
                 Expr::After(Vec::new(), Box::new(zero(to)))
             }
         }
@@ -227,7 +227,7 @@ fn of_time(elementary: Elementary) -> bool {
     )
 }
 
-/// The loss that an implicit conversion may cause.
+/// The loss an implicit conversion may cause, for a warning.
 fn loss(from: Elementary, to: Elementary) -> Option<&'static str> {
     use Class::{Bits, Integer, Real};
     match (from.class(), to.class()) {

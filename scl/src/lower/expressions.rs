@@ -12,13 +12,13 @@ use crate::ir::{self, At, Base, Convert, Expr, Place, Scalar, Value};
 pub(crate) const DTL_BYTES: usize = 12;
 
 impl Lowerer<'_, '_> {
-    /// Lowers an expression; `expected` is the type of the variable it is directly assigned to.
+    /// Lowers an expression; `expected` is the type of the variable to which it is directly assigned.
     pub(crate) fn operand(&mut self, id: ExpressionId, expected: Option<Elementary>) -> Operand {
         let operand = self.calculated(id, expected);
         self.noted(id, operand)
     }
 
-    /// Records a watched truth value when it is evaluated.
+    /// Adds code that records a watched truth value when it is evaluated.
     fn noted(&mut self, id: ExpressionId, operand: Operand) -> Operand {
         let Operand::Value(of @ Elementary::Bool, value) = operand else { return operand };
         let Some(place) = self.place_of_note(id) else { return Operand::Value(of, value) };
@@ -31,7 +31,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(of, Expr::After(vec![note], Box::new(value)))
     }
 
-    /// The place in which a truth value is recorded, if it is watched.
+    /// Where a truth value is recorded, if it is watched.
     pub(super) fn place_of_note(&mut self, id: ExpressionId) -> Option<ir::Place> {
         let function = self.compiler.blocks[self.block?].function;
         if !self.compiler.watched.contains(&(self.file, id)) {
@@ -131,8 +131,8 @@ impl Lowerer<'_, '_> {
         Place::new(Base::Constants).member(member)
     }
 
-    /// The place of a text of the given width: an untyped constant takes that width, and a character becomes a text of
-    /// length 1.
+    /// The place of a string of the given width: an untyped constant takes that width, and a character becomes a string
+    /// of length 1.
     pub(crate) fn text_as(&mut self, operand: Operand, wide: bool, span: Span) -> Option<Place> {
         match operand {
             Operand::Wrong(name) => {
@@ -163,7 +163,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A character as a text of length 1.
+    /// A character as a string of length 1.
     pub(crate) fn text_of(&mut self, code: Expr, wide: bool, span: Span) -> Place {
         let text = self.temp(ir::Type::Text { capacity: 1, wide });
         let part = |step| Place { steps: vec![step], ..text.clone() };
@@ -173,7 +173,7 @@ impl Lowerer<'_, '_> {
         text
     }
 
-    /// The place of a text.
+    /// The place of a string.
     pub(crate) fn text_place(&mut self, operand: Operand) -> Option<Place> {
         match operand {
             Operand::Text(text, wide) => {
@@ -185,7 +185,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A constant text; in a STRING, an unsupported character becomes a question mark.
+    /// The place of a constant string; in a STRING, an unsupported character becomes a question mark.
     pub(crate) fn text_constant(&mut self, text: &[u16], wide: bool) -> Place {
         let of = Type::Text { capacity: text.len().min(16382) as u16, wide };
         let lowered = self.compiler.lowered(&of);

@@ -1,4 +1,4 @@
-//! Operators, and the type in which they are computed.
+//! Operators and the types in which they are computed.
 
 use super::Lowerer;
 use super::convert::{binary, unary, zero};
@@ -100,7 +100,7 @@ impl Lowerer<'_, '_> {
         self.error(span, format!("{left} {operator} {right} is not possible"), help)
     }
 
-    /// The operation on both operands, converted to a type.
+    /// Applies an operation to both operands, converted to one type.
     fn both(&mut self, operation: ir::Binary, of: Elementary, left: Operand, right: Operand, span: Span) -> Expr {
         let left = self.widened(left, of, span);
         let right = self.widened(right, of, span);
@@ -108,7 +108,7 @@ impl Lowerer<'_, '_> {
         binary(operation, of.scalar(), left, right, at)
     }
 
-    /// An operand converted to the type of the operation as in an assignment, but without warnings.
+    /// Converts an operand to the type of the operation as in an assignment, but without warnings.
     fn widened(&mut self, operand: Operand, to: Elementary, span: Span) -> Expr {
         match operand {
             Operand::Value(from, value) if from.is_number() && to.is_number() => {
@@ -261,7 +261,7 @@ impl Lowerer<'_, '_> {
                 "TIME is added to TIME, and multiplied or divided by an integer; else convert it with TIME_TO_DINT";
             return self.refuse(name, &left, &right, span, Some(help));
         }
-        // An integer combined with a TIME is taken to have the same unit.
+        // An integer combined with a TIME is assumed to be in the same unit.
         let number = if is_long { Elementary::LInt } else { Elementary::DInt };
         let mut operand = |operand: Operand| match operand {
             Operand::Value(of, value) if is_time(of) => self.implicit(value, of, time, span),
@@ -310,7 +310,7 @@ impl Lowerer<'_, '_> {
                 let help = "a STRING is not compared with a WSTRING: write WSTRING#'...', or use one type";
                 return self.refuse(name, &left, &right, span, Some(help));
             }
-            // An untyped text takes the type of the other one.
+            // An untyped string takes the type of the other operand.
             let of_other = |operand: Operand| match operand {
                 Operand::Text(text, None) => Operand::Text(text, one.or(other)),
                 operand => operand,

@@ -26,7 +26,7 @@ pub(crate) struct Variable {
     pub slice: Option<Slice>,
     /// The section that declares it, if it belongs to the block itself.
     pub section: Option<SectionKind>,
-    /// The timer to be updated before it is read.
+    /// The timer to update before the variable is read.
     pub timer: Option<(usize, Place)>,
 }
 
@@ -87,7 +87,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(slice.of, convert(shifted, of.scalar(), slice.of.scalar(), Convert::Value, at))
     }
 
-    /// The writable variable at a path; anything else is reported as an error.
+    /// The writable variable at a path; reports an error for anything else.
     pub(crate) fn target(&mut self, id: ExpressionId) -> Option<Variable> {
         let span = self.span(id);
         if matches!(self.expressions()[id].kind, ExpressionKind::Call(..) | ExpressionKind::Literal(_)) {
@@ -111,7 +111,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The undeclared name at a path, if it leads to one.
+    /// The undeclared name at a path, if there is one.
     pub(crate) fn missing(&mut self, id: ExpressionId) -> Option<Missing> {
         match self.path(id) {
             Path::Missing(missing) => Some(missing),
@@ -270,8 +270,8 @@ impl Lowerer<'_, '_> {
         self.global(scope, name)
     }
 
-    /// Whether a name that the block does not declare is its ENO; on S7-300 and S7-400 also OK, unless a source
-    /// declares it.
+    /// Whether a name that the block does not declare denotes its ENO; on S7-300 and S7-400, OK does too unless a
+    /// source declares it.
     fn is_eno(&self, scope: Scope, name: &str) -> bool {
         let is_free =
             || self.compiler.cpu == Cpu::S7300 && scope == Scope::Bare && !self.compiler.names.contains_key(name);
@@ -401,14 +401,14 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The kind of a timer, where its type leaves it open.
+    /// The kind of a timer whose type does not determine it.
     fn kind_of(&mut self, variable: &Variable, block: usize) -> usize {
         let name = self.name_of(&variable.place);
         let kind = name.and_then(|name| self.compiler.kinds.get(&name).cloned());
         kind.and_then(|kind| self.compiler.as_method(block, &kind)).unwrap_or(block)
     }
 
-    /// The last name of a place, in upper case.
+    /// The name of the last member in a place, in upper case.
     fn name_of(&self, place: &Place) -> Option<String> {
         let members = place.steps.iter().filter_map(|step| match step {
             Step::Member(number) => Some(*number),
@@ -545,7 +545,7 @@ fn slice(name: &str, of: Elementary, within: Option<Slice>) -> Option<Slice> {
     is_part.then(|| Slice { of: Elementary::bit_string(bits), shift: shift + within.map_or(0, |slice| slice.shift) })
 }
 
-/// The name and the type of a tag declared for an address such as `%IW4`.
+/// The name and type of a tag declared for an address such as `%IW4`.
 pub(crate) fn placed(address: &str) -> (String, Elementary) {
     let bits = tags::bits(address).map_or(1, |(_, bits)| (bits.end - bits.start) as u32);
     (address.trim_start_matches('%').replace('.', "_"), Elementary::bit_string(bits))

@@ -22,7 +22,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Warns of an instance called twice in one list of statements.
+    /// Warns about an instance called twice in one statement list.
     fn warn_of_calls(&mut self, statements: &[Statement]) {
         let mut called: Vec<&str> = Vec::new();
         for statement in statements {
@@ -44,7 +44,7 @@ impl Lowerer<'_, '_> {
 
     fn condition_of(&mut self, id: ExpressionId) -> Expr {
         let span = self.span(id);
-        // Statements needed before the condition stay with it: a loop repeats them in every iteration.
+        // Statements required by the condition stay with it: a loop repeats them in every iteration.
         let (before, condition) = self.aside(|lowerer| {
             lowerer.with_views(span, |lowerer| {
                 let operand = lowerer.operand(id, Some(Elementary::Bool));
@@ -117,8 +117,8 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Declares a temporary of the given type or of the type of its value; without either, of the output later stored
-    /// in it.
+    /// Declares a temporary of the given type or, without one, of its value's type; without either, the type is that of
+    /// the output later stored in it.
     fn declare(&mut self, name: &Name, of: Option<Elementary>, value: Option<ExpressionId>, span: Span) {
         if of.is_none() && value.is_none() {
             self.untyped.insert(name.key());
@@ -170,7 +170,7 @@ impl Lowerer<'_, '_> {
         number
     }
 
-    /// Gives an untyped temporary the type of the output stored in it.
+    /// Sets the type of an untyped temporary to that of the output stored in it.
     pub(crate) fn declare_for(&mut self, target: ExpressionId, of: &Type) {
         if let ExpressionKind::Name(_, name) = &self.expressions()[target].kind
             && self.untyped.remove(&name.key())
@@ -233,7 +233,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Warns of `#dint := #int * 1000`, which wraps in INT, and of `#real := #int / 2`, which divides integers.
+    /// Warns about `#dint := #int * 1000`, which wraps in INT, and `#real := #int / 2`, which divides integers.
     fn note_of_type(&mut self, variable: &Variable, value: ExpressionId, operand: &Operand, span: Span) {
         let ExpressionKind::Binary(operator, ..) = &self.expressions()[value].kind else { return };
         let (Type::Elementary(to), Operand::Value(of, value)) = (&variable.of, operand) else { return };
@@ -256,7 +256,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Warns of a loop whose condition constantly keeps it running and that nothing leaves.
+    /// Warns about an endless loop: the condition is constant and no statement leaves the loop.
     fn warn_of_endless(&mut self, condition: &Expr, runs_on: bool, body: &[ir::Statement], span: Span) {
         let leaves = walk::any(body, |what| matches!(what, What::Break | What::Return | What::Goto(_)));
         if !leaves && *condition == Expr::Const(runs_on.into()) {
@@ -264,7 +264,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Rejects or warns of writes to inputs and loop counters.
+    /// Rejects writes to inputs and loop counters, or warns about them.
     fn check_written(&mut self, variable: &Variable, span: Span) {
         if variable.section == Some(SectionKind::Input) && self.file != self.compiler.library_file() {
             self.warn(
@@ -296,7 +296,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Infers the type of an undeclared variable from a value with which it is set or compared.
+    /// Infers the type of an undeclared variable from a value assigned to it or compared with it.
     pub(crate) fn guess_like(&mut self, missing: &Missing, operand: &Operand) {
         match operand {
             Operand::Value(of, _) => self.guess(missing, *of),
@@ -376,7 +376,7 @@ impl Lowerer<'_, '_> {
         let [(condition, body), rest @ ..] = arms else { return };
         let condition = self.condition_of(*condition);
         let body = self.body(body);
-        // The ELSIF chain is built from its end, so that its length costs no recursion.
+        // The ELSIF chain is built from its end, without recursion.
         let mut lowered: Vec<(ir::At, Expr, Vec<ir::Statement>)> = Vec::new();
         for (id, statements) in rest {
             let at = self.at(self.span(*id));
@@ -437,7 +437,7 @@ impl Lowerer<'_, '_> {
                 }
             }
             let mut body = self.body(body);
-            // For watching: record that no arm runs, then which one does.
+            // For watching: records that the arm does not run, and inside the arm that it does.
             if let Some(place) = labels.first().and_then(|label| self.place_of_note(label.low)) {
                 let note = |truth: u8| ir::Statement {
                     at: At::NOTE,
@@ -524,7 +524,7 @@ impl Lowerer<'_, '_> {
                 format!("the loop counts to the limit of {}: it ends here, but may run forever on a CPU", of.name());
             self.warn(self.span(last_id), message, Some("count in a larger type"));
         }
-        // The loop keeps counting in the variable selected at its start.
+        // The loop counts in the variable selected at its start, even if an index changes later.
         let place = target.map(|target| self.frozen(target.place, variable_span));
         let body = self.in_loop(place.clone(), body);
         let Some(variable) = place else { return };

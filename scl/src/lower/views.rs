@@ -1,8 +1,8 @@
-//! `AT` views: variables that show the bytes of another variable with a type of their own.
+//! `AT` views: variables that show the bytes of another variable as a different type.
 //!
 //! A CPU stores variables as bytes, numbers in big-endian order and truth values as bits, whereas the machine stores
-//! each in its own layout. A view is therefore a separate variable: it is computed before each statement that uses it,
-//! and if the statement writes it, it is copied back to the variable behind it.
+//! each in its own layout. A view is therefore a separate variable: it is computed before each statement that uses it
+//! and, if the statement writes it, copied back to the viewed variable.
 
 use super::Lowerer;
 use super::convert::{binary, convert};
@@ -12,7 +12,7 @@ use crate::check::types::{Class, Elementary, Type};
 use crate::front::lexer::Span;
 use crate::ir::{At, Base, Binary, Convert, Expr, Place, Scalar, Step, What};
 
-/// The maximum number of parts in a view: each costs an operation in every statement that uses it.
+/// The maximum number of parts in a view: each costs an operation in every statement that uses the view.
 const MOST_PARTS: usize = 4096;
 
 /// A number at its position in the CPU's memory.
@@ -29,9 +29,9 @@ struct Part {
 enum Holds {
     /// A number.
     Number,
-    /// The length of a text: 16 bits in the machine, one byte in a CPU.
+    /// The length of a string: 16 bits in the machine, one byte in a CPU.
     Length,
-    /// The capacity of a text, which cannot be changed.
+    /// The capacity of a string, which cannot be changed.
     Capacity(u8),
 }
 
@@ -60,7 +60,7 @@ impl Part {
         let value = match self.holds {
             Holds::Number => value,
             Holds::Length => {
-                // A text's length never exceeds its capacity.
+                // A string's length never exceeds its capacity.
                 let most = Expr::Const(u16::from(capacity).into());
                 let length = convert(value, self.of.scalar(), Scalar::U16, Convert::Value, at);
                 binary(Binary::Min, Scalar::U16, length, most, at)
@@ -82,7 +82,7 @@ struct Image {
 }
 
 impl Image {
-    /// The image of a variable, or the reason why it cannot be seen as bytes.
+    /// The image of a variable, or the reason it cannot be viewed as bytes.
     fn new(place: Place, of: &Type, at: At, is_behind: bool) -> Result<Image, String> {
         let mut image = Image { parts: Vec::new(), end: 0, at, is_behind };
         image.add(place, of)?;
@@ -187,7 +187,7 @@ impl Image {
         sum.unwrap_or(Expr::Const(0_u64.into()))
     }
 
-    /// The bits of another image's part that this image does not cover: gaps, and beyond its end.
+    /// The bits of another image's part that this image does not cover: those in gaps or beyond its end.
     fn missing(&self, part: &Part) -> u64 {
         let has = |bit: usize| {
             let first = self.parts.partition_point(|own| own.end() <= bit);
@@ -202,7 +202,7 @@ impl Image {
     /// The value of another image's part, computed from the bytes of this one.
     fn value(&self, part: &Part) -> Expr {
         let at = self.at;
-        // The same number under another name needs no bytes.
+        // A number at the same position and of the same size is loaded directly.
         let same = self.parts.binary_search_by_key(&part.bit, |own| own.bit).ok().map(|own| &self.parts[own]);
         if let Some(own) = same.filter(|own| own.bits() == part.bits()) {
             return number_of(own.load(at), part.of, at);
@@ -222,7 +222,7 @@ impl Image {
     }
 }
 
-/// All indices of an array in row-major order, at most one more than a view may have.
+/// All indices of an array in row-major order, limited to one more than a view may have.
 fn indices(bounds: &[(i32, i32)]) -> Vec<Vec<i32>> {
     let mut all = vec![Vec::new()];
     for (low, high) in bounds {
@@ -242,7 +242,7 @@ fn bits_of(value: Expr, of: Elementary, at: At) -> Expr {
     convert(convert(value, of.scalar(), unsigned, how, at), unsigned, Scalar::U64, Convert::Value, at)
 }
 
-/// The number that has these bits.
+/// The number with these bits.
 fn number_of(bits: Expr, of: Elementary, at: At) -> Expr {
     let unsigned = unsigned(of);
     let how = if of.class() == Class::Real { Convert::Bits } else { Convert::Value };
@@ -271,7 +271,7 @@ fn shifted(operation: Binary, value: Expr, by: usize, at: At) -> Expr {
 }
 
 impl Compiler<'_> {
-    /// The images of the viewed variable and of the view, or the reason why there are none.
+    /// The images of the viewed variable and the view, or the reason there are none.
     fn images(&self, behind: (Place, &Type), view: &View) -> Result<(Image, Image), String> {
         let at = self.at(view.span);
         let under =
@@ -301,7 +301,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The variable behind a view; `None` if that is a view itself.
+    /// The variable behind a view; `None` if it is itself a view.
     fn behind(&self, view: &View) -> Option<(Place, Type)> {
         match self.symbols.get(&view.behind)? {
             Symbol::Variable(_, of, slot) => {
@@ -334,8 +334,8 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Lowers `part`, loading the views it uses before it and writing back those it changed after it. Views used only
-    /// in the conditions of nested statements are handled there.
+    /// Lowers `part`: loads the views it uses first and writes back those it changes afterward. Views used only in the
+    /// conditions of nested statements are handled there.
     pub(crate) fn with_views<T>(&mut self, span: Span, part: impl FnOnce(&mut Self) -> T) -> T {
         if self.views.is_empty() {
             return part(self);

@@ -1,4 +1,4 @@
-//! Detects whether a box of LAD or FBD fails, as its ENO reports: functions with names that no source can spell.
+//! Functions that detect whether a LAD or FBD box fails, for its ENO. No source can spell their names.
 
 use super::Given;
 use crate::check::compiler::Operand;
@@ -128,7 +128,7 @@ impl Lowerer<'_, '_> {
         failed.map_or(truth(false), |failed| Operand::Value(Elementary::Bool, failed))
     }
 
-    /// Whether a number does not fit the type that it is converted or rounded to.
+    /// Whether a number does not fit the type to which it is converted or rounded.
     fn unfitting(&mut self, kind: &str, of: Elementary, value: Expr, to: Option<Elementary>, span: Span) -> Operand {
         let at = self.at(span);
         let to = to.unwrap_or(Elementary::DInt);
@@ -195,7 +195,7 @@ fn wraps(operation: Binary, of: Elementary, left: Expr, right: Expr, result: Exp
     let or = |one: Expr, other: Expr| binary(Binary::Or, Scalar::Bool, one, other, at);
     let xor = |one: Expr, other: Expr| binary(Binary::Xor, ty, one, other, at);
     let is = |operation: Binary, one: Expr, other: Expr| binary(operation, ty, one, other, at);
-    // The only quotient that overflows.
+    // The only quotient that overflows: the lowest value divided by -1.
     let extreme = |left: Expr, right: Expr| and(is(Binary::Eq, left, low(of)), is(Binary::Eq, right, minus_one()));
     match operation {
         Binary::Add if ty.is_signed() => {

@@ -1,4 +1,4 @@
-//! Functions of arrays, timers and the clock, which have side effects.
+//! Functions on arrays, bit strings and timers, and RUNTIME.
 
 use super::super::Lowerer;
 use super::super::convert::{binary, convert, zero};
@@ -109,7 +109,7 @@ impl Lowerer<'_, '_> {
         self.push(given.span, What::Assign(place.member(slot(held)), value));
     }
 
-    /// MOVE_BLK, FILL_BLK: element by element.
+    /// MOVE_BLK, FILL_BLK: copy or fill element by element.
     pub(super) fn block_of_elements(&mut self, given: &Given) {
         let is_fill = given.name.contains("FILL");
         let (Some(input), Some(count), Some(output)) =
@@ -138,7 +138,7 @@ impl Lowerer<'_, '_> {
         self.elements(from.as_ref(), fill, count, &to, given.span);
     }
 
-    /// MOVE_BLK_VARIANT of arrays: like MOVE_BLK, but elements are counted from 0.
+    /// MOVE_BLK_VARIANT on arrays: like MOVE_BLK, but with element indices from 0.
     pub(super) fn elements_of_arrays(&mut self, given: &Given) -> Operand {
         let named = ["SRC", "COUNT", "SRC_INDEX", "DEST_INDEX", "DEST"];
         let found: Vec<ExpressionId> = (0..).zip(named).filter_map(|(at, name)| given.find(name, at)).collect();
@@ -188,7 +188,7 @@ impl Lowerer<'_, '_> {
         Some(Variable::whole(of, self.frozen(place, given.span)))
     }
 
-    /// BLKMOV between variables of one type: an assignment.
+    /// BLKMOV between variables of the same type: an assignment.
     pub(super) fn copied_block(&mut self, given: &Given) -> Operand {
         let (Some(from), Some(to)) = (given.find("SRCBLK", 0), given.find("DSTBLK", 1)) else {
             return self.error(given.span, format!("{} needs SRCBLK and DSTBLK", given.name), None);
@@ -239,7 +239,7 @@ impl Lowerer<'_, '_> {
         self.push(span, What::For(Box::new(For { variable: number, first, last, step, body })));
     }
 
-    /// SCATTER, GATHER: between the bits of a bit string and as many BOOLs of an array or structure.
+    /// SCATTER, GATHER: copy between the bits of a bit string and an array or structure with one BOOL per bit.
     pub(super) fn bits_of_elements(&mut self, given: &Given) {
         let (Some(input), Some(output)) = (given.find("IN", 0), given.find("OUT", 1)) else {
             self.error(given.span, format!("{} is called without IN or OUT", given.name), None);
@@ -304,8 +304,8 @@ impl Lowerer<'_, '_> {
     }
 }
 
-/// The value of a function that returns an error code, after these statements: always 0, since a CPU's errors are
-/// reported beforehand or stop the program.
+/// The return value of a function that returns an error code, after these statements. It is always 0: errors are
+/// reported at compile time or stop the program.
 fn no_error(code: Vec<Statement>) -> Operand {
     Operand::Value(Elementary::Int, Expr::After(code, Box::new(Expr::Const(0_i16.into()))))
 }

@@ -40,7 +40,7 @@ impl<'a> Given<'a> {
         self.arguments
     }
 
-    /// The argument of that name, or the one at that position if it is unnamed; `None` for no position.
+    /// The argument with this name, or the unnamed argument at this position. `None` searches by name only.
     fn find(&self, name: &str, position: impl Into<Option<usize>>) -> Option<ExpressionId> {
         let is_it = |argument: &Argument| argument.name.as_ref().is_some_and(|given| given.key() == name);
         let by_name = self.arguments.iter().position(is_it);
@@ -79,7 +79,7 @@ impl Lowerer<'_, '_> {
         Some(value)
     }
 
-    /// Rejects an argument that the function does not have, which would otherwise be ignored silently.
+    /// Rejects an argument for which the function has no parameter and which would otherwise be silently ignored.
     fn refuse_surplus(&mut self, given: &Given) {
         let Some(argument) = given.surplus() else { return };
         let message = match &argument.name {
@@ -263,7 +263,7 @@ impl Lowerer<'_, '_> {
         given.find(name, position).map_or(given.span, |id| self.span(id))
     }
 
-    /// An argument as a number of its own type; an untyped one takes the expected or the widest type.
+    /// An argument as a number in its own type; an untyped one takes the expected type or the widest one.
     fn typed(&mut self, operand: Operand, expected: Option<Elementary>, span: Span) -> Option<(Elementary, Expr)> {
         let of = match &operand {
             Operand::Value(of, _) => *of,
@@ -379,7 +379,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The local with the return value of a function, which has the function's name.
+    /// The local that holds a function's return value; it is named after the function.
     fn value_local(&self, function: usize) -> usize {
         let function = &self.compiler.program.functions[function];
         function.locals.iter().position(|local| local.name.eq_ignore_ascii_case(&function.name)).unwrap_or(0)

@@ -13,7 +13,7 @@ use crate::ir::{self, Argument, At, Convert, Expr, Scalar};
 const MILLISECOND: i64 = 1_000_000;
 const DAY: i64 = 86_400_000 * MILLISECOND;
 
-/// From 1970-01-01, the epoch of LDT, to 1990-01-01, that of DATE and DT.
+/// From 1970-01-01 (the epoch of LDT) to 1990-01-01 (the epoch of DATE and DT).
 const TO_DATE: i64 = 7305 * DAY;
 
 /// 2000-01-01, the initial value of the clock, as in the library.
@@ -22,7 +22,7 @@ const START_OF_CLOCK: i64 = 10_957 * DAY;
 /// A type that is computed in nanoseconds.
 #[derive(Clone, Copy, PartialEq)]
 enum Moment {
-    /// DTL, a structure with date and time of day.
+    /// DTL, a structure with a date and a time of day.
     Dtl,
     /// An elementary type.
     Of(Elementary),
@@ -125,7 +125,7 @@ impl Lowerer<'_, '_> {
         self.as_moment(binary(operation, Scalar::I64, left, right, at), to, span)
     }
 
-    /// The nanoseconds of two DTLs to compare; `None` if they are not both DTLs.
+    /// Two DTLs in nanoseconds, for comparison; `None` if either operand is not a DTL.
     pub(crate) fn compared_moments(&mut self, left: &Operand, right: &Operand, span: Span) -> Option<[Operand; 2]> {
         let are = [left, right].map(|operand| self.moment_of(operand) == Some(Moment::Dtl));
         if are != [true, true] {
@@ -136,7 +136,7 @@ impl Lowerer<'_, '_> {
         Some([left, right].map(|value| Operand::Value(Elementary::LInt, value)))
     }
 
-    /// `DTL_TO_TOD` and similar; `None` if it does not convert between two moments.
+    /// `DTL_TO_TOD` and similar; `None` if the function does not convert between two moments.
     pub(super) fn moment_conversion(&mut self, from: &str, to: &str, given: &Given) -> Option<Operand> {
         let named = |name: &str| match name {
             "DTL" => Some(Moment::Dtl),
@@ -172,11 +172,11 @@ impl Lowerer<'_, '_> {
         self.as_moment(nanoseconds, to, given.span)
     }
 
-    /// T_CONV: a duration, a date or a time of day in the type of the variable it is assigned to.
+    /// T_CONV: converts a duration, a date or a time of day to the type of the variable to which it is assigned.
     pub(super) fn converted_moment(&mut self, given: &Given, expected: Option<Elementary>) -> Operand {
         let operand = self.argument(given, "IN", 0);
         let Some(to) = expected else {
-            // Of the supported targets only DTL is not an elementary type.
+            // DTL is the only supported target that is not an elementary type.
             return match self.moment_of(&operand) {
                 Some(_) => self.between(operand, Moment::Dtl, given.span),
                 None if matches!(operand, Operand::Wrong(_)) => operand,
@@ -211,7 +211,7 @@ impl Lowerer<'_, '_> {
         nanoseconds.and_then(|value| self.as_moment(value, to, span)).unwrap_or(Operand::Wrong(None))
     }
 
-    /// DT_DATE, DT_TOD and DT_DAY of STEP 7: the date, the time of day and the day of the week (1 is Sunday) of a DT.
+    /// STEP 7's DT_DATE, DT_TOD and DT_DAY: the date, the time of day and the day of the week (1 is Sunday) of a DT.
     pub(super) fn part_of_moment(&mut self, given: &Given) -> Operand {
         let operand = match self.argument(given, "IN", 0) {
             Operand::Wrong(name) => return Operand::Wrong(name),
@@ -231,7 +231,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// RD_SYS_T, RD_LOC_T and STEP 7's READ_CLK: store the clock in a DTL, an LDT or a DT; their value is 0.
+    /// RD_SYS_T, RD_LOC_T and STEP 7's READ_CLK: store the clock time in a DTL, an LDT or a DT and return 0.
     pub(super) fn clock(&mut self, given: &Given) -> Operand {
         let output = given.find(if given.name == "READ_CLK" { "CDT" } else { "OUT" }, 0);
         let (_, target) = self.aside(|lowerer| output.and_then(|output| lowerer.target(output)));
@@ -261,7 +261,7 @@ impl Lowerer<'_, '_> {
         self.assign(&to, value, given.span);
     }
 
-    /// `T_COMBINE`: a date and a time of day combined to a DTL.
+    /// `T_COMBINE`: combines a date and a time of day into a DTL.
     pub(super) fn combined(&mut self, given: &Given) -> Operand {
         let (date, time) = (self.argument(given, "IN1", 0), self.argument(given, "IN2", 1));
         match self.moments(syntax::Binary::Add, &date, &time, given.span) {

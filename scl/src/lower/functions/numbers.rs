@@ -213,7 +213,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(of, Expr::Select(of.scalar(), Box::new([condition, yes, no])))
     }
 
-    /// SEL of two texts or structures: copies one of them.
+    /// SEL of two strings or structures: copies one of them.
     fn selected_variable(&mut self, condition: Expr, operands: Vec<Operand>, span: Span) -> Operand {
         let (chosen, mut copies) = self.copies(operands, span);
         let (yes, no) = (copies.pop().unwrap_or_default(), copies.pop().unwrap_or_default());
@@ -221,7 +221,7 @@ impl Lowerer<'_, '_> {
         Operand::Variable(chosen.of, chosen.place)
     }
 
-    /// A temporary for one of several texts or structures, and the statements that copy each of them there.
+    /// A temporary for one of several strings or structures, and for each of these the statements that copy it there.
     fn copies(&mut self, operands: Vec<Operand>, span: Span) -> (Variable, Vec<Vec<Statement>>) {
         let mut of = Type::Text { capacity: 254, wide: false };
         for operand in &operands {
@@ -243,7 +243,7 @@ impl Lowerer<'_, '_> {
         (chosen, copies)
     }
 
-    /// MUX of texts or structures; empty if K selects none and INELSE is absent.
+    /// MUX of strings or structures; the result is empty if K selects none and INELSE is absent.
     fn multiplexed_variable(
         &mut self,
         number: Expr,

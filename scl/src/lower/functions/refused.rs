@@ -1,11 +1,11 @@
 //! Built-in functions that are rejected by name, with reasons.
 
-/// Functions of VARIANT, which is not supported.
+/// Functions on VARIANT, which is not supported.
 const VARIANTS: &[&str] = &["VARIANTGET", "VARIANTPUT", "TYPEOF", "TYPEOFELEMENTS", "IS_ARRAY"];
 
 const NOT_SUPPORTED: &str = "is not supported";
 
-/// What is rejected: names, where `*` stands for any ending; what is said of them; and the remedy. The first match counts.
+/// Rejected functions: names (a trailing `*` matches any ending), reason, remedy. The first match wins.
 const REFUSED: [(&[&str], &str, &str); 9] = [
     (
         VARIANTS,
@@ -146,7 +146,7 @@ const REFUSED: [(&[&str], &str, &str); 9] = [
     ),
 ];
 
-/// Prefixes that a user's own blocks commonly have, too.
+/// Prefixes that are also common in the names of users' own blocks.
 const ORDINARY: [&str; 13] =
     ["CALCULATE", "DEVICE", "FILE", "FILL", "GEN_", "GET", "JOIN", "LED", "PUT", "SEG", "SPLIT", "STP", "WAIT"];
 
@@ -155,12 +155,12 @@ pub(crate) fn is_ordinary(name: &str) -> bool {
     ORDINARY.iter().any(|word| name.starts_with(word))
 }
 
-/// Whether this is an operator of VARIANT, which no stub can replace: its value depends on the type of its argument.
+/// Whether this is a VARIANT function. No stub can replace it: its value depends on the type of its argument.
 pub(crate) fn is_of_variants(name: &str) -> bool {
     VARIANTS.contains(&name)
 }
 
-/// The reason why a function or type is rejected, and advice; `None` if the name is not listed.
+/// The reason a function or type is rejected, and the remedy; `None` if the name is not listed.
 pub(crate) fn refused(name: &str) -> Option<(String, String)> {
     if name.starts_with("PID_") {
         let available = crate::library::natives().join(", ");

@@ -1,4 +1,4 @@
-//! Text functions.
+//! String functions.
 
 use super::super::Lowerer;
 use super::super::convert::{binary, convert, unary, zero};
@@ -43,7 +43,7 @@ impl Lowerer<'_, '_> {
         })
     }
 
-    /// A text function; the library implements it for two texts.
+    /// Calls a string function; CONCAT of more than two strings becomes a chain of calls.
     pub(super) fn text_function(&mut self, given: &Given) -> Option<Operand> {
         let block = self.compiler.system_block(given.name)?;
         let is_input = |member: &&Parameter| member.section == crate::front::syntax::SectionKind::Input;
@@ -84,7 +84,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// `INT_TO_STRING` and the reverse; `None` if neither type is a text.
+    /// `INT_TO_STRING` and the reverse; `None` if neither type is a string.
     pub(super) fn text_conversion(&mut self, from: &str, to: &str, given: &Given) -> Option<Operand> {
         let is_text = |name: &str| matches!(name, "STRING" | "WSTRING" | "CHARS" | "STRG");
         if !is_text(from) && !is_text(to) {
@@ -110,25 +110,25 @@ impl Lowerer<'_, '_> {
         Some(converted.unwrap_or(Operand::Wrong(None)))
     }
 
-    /// The single argument of a function, a text.
+    /// The single argument of a function, a string.
     fn text_argument_of(&mut self, given: &Given, wide: bool) -> Option<ir::Argument> {
         self.text_argument(given, "IN", 0, &Type::Text { capacity: 254, wide })
     }
 
-    /// A text converted to the other character width.
+    /// A string converted to the other character width.
     fn other_width(&mut self, given: &Given, wide: bool) -> Option<Operand> {
         let text = self.text_argument_of(given, !wide)?;
         self.of_library(if wide { "STRING_TO_WSTRING" } else { "WSTRING_TO_STRING" }, vec![text], given.span)
     }
 
-    /// S_CONV: number to text, text to number, or text unchanged, depending on the variable at OUT.
+    /// S_CONV: number to string, string to number, or a plain copy, depending on IN and the variable at OUT.
     pub(super) fn text_or_number(&mut self, given: &Given) {
         let (Some(_), Some(output)) = (given.find("IN", 0), given.find("OUT", 1)) else {
             self.error(given.span, "S_CONV is called without IN or OUT", None);
             return;
         };
         let Some(to) = self.target(output) else { return };
-        // Only its type matters: the code is discarded.
+        // Only the type matters: the code is discarded.
         let (_, operand) = self.aside(|lowerer| lowerer.argument(given, "IN", 0));
         let value = match (&operand, to.of.elementary()) {
             (Operand::Variable(Type::Text { wide, .. }, _) | Operand::Text(_, Some(wide)), Some(of)) => {
@@ -145,7 +145,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A number as text: as wide as the longest number of its type, right-aligned.
+    /// A number as a string, right-aligned to the width of the longest number of its type.
     fn number_to_text(&mut self, of: Elementary, wide: bool, given: &Given) -> Option<Operand> {
         let span = given.span;
         let operand = self.argument(given, "IN", 0);
@@ -203,7 +203,7 @@ impl Lowerer<'_, '_> {
         [convert(wide, Scalar::I64, Scalar::U64, Convert::Value, at), is_minus]
     }
 
-    /// The number at the start of a text; 0 if there is none or it does not fit.
+    /// The number at the start of a string; 0 if there is none or it does not fit.
     fn text_to_number(&mut self, of: Elementary, wide: bool, given: &Given) -> Option<Operand> {
         let (span, at) = (given.span, self.at(given.span));
         let text = self.text_argument_of(given, wide)?;
@@ -240,7 +240,7 @@ impl Lowerer<'_, '_> {
         Some(Operand::Value(of, Expr::After(code, Box::new(fitting))))
     }
 
-    /// VAL_STRG: writes a number into a text, from a position on.
+    /// VAL_STRG: writes a number into a string, starting at a position.
     pub(super) fn number_in_text(&mut self, given: &Given) {
         let span = given.span;
         let Some(output) = given.find("OUT", 5) else {
@@ -269,7 +269,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Passes the number format of a text: the parameters after IN.
+    /// Passes the format parameters, which follow IN.
     fn pass_format(&mut self, given: &Given, parameters: &[(&str, Elementary)], passed: &mut Vec<ir::Argument>) {
         for (number, (name, of)) in (1..).zip(parameters) {
             let operand = self.argument(given, name, number);
@@ -278,7 +278,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// STRG_VAL: reads a number from a text, from a position on.
+    /// STRG_VAL: reads a number from a string, starting at a position.
     pub(super) fn number_of_text(&mut self, given: &Given) {
         let span = given.span;
         let Some(output) = given.find("OUT", 3) else {
@@ -338,7 +338,7 @@ impl Lowerer<'_, '_> {
         Some(self.text_call(block, passed, span))
     }
 
-    /// Calls a library function; a text result is computed before the statement.
+    /// Calls a library function; a result that is not a number is computed before the statement.
     fn text_call(&mut self, block: usize, passed: Vec<ir::Argument>, span: Span) -> Operand {
         let function = self.compiler.blocks[block].function;
         let of = self.compiler.blocks[block].result.clone();
@@ -357,7 +357,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The capacity of a text in characters.
+    /// The capacity of a string in characters.
     pub(super) fn capacity(&mut self, given: &Given) -> Operand {
         match self.argument(given, "IN", 0) {
             Operand::Variable(Type::Text { capacity, .. }, _) => {
