@@ -126,15 +126,18 @@ fn what_has_no_value_outside_of_a_plc_is_refused() {
     refused("#w := MW10;", &format!("{address}, or declare a tag there: \"MW10\" AT %MW10 : WORD"));
     refused(
         "DEMUX(K := #i, IN := #i, OUT0 => #i);",
-        "DEMUX is not supported; write the output that K selects in a CASE",
+        "DEMUX is not supported; use CASE to write the output selected by K",
     );
-    refused("#i := PEEK(area := 16#84, dbNumber := 1, byteOffset := 0);", "PEEK is not supported; a pointer");
-    refused("\"MC_Power\"(Axis := 1);", "MC_POWER talks to the PLC's hardware or system; make its values inputs");
+    refused(
+        "#i := PEEK(area := 16#84, dbNumber := 1, byteOffset := 0);",
+        "PEEK is not supported; assign the variables themselves",
+    );
+    refused("\"MC_Power\"(Axis := 1);", "MC_POWER talks to the PLC's hardware or system; turn its values into inputs");
     refused("\"Fill\"();", "no source declares the function \"Fill\"");
     refused("#i := RDREC(REQ := TRUE);", "talks to the PLC's hardware or system");
     refused("#i := S_ODT(T_NO := 1);", "use TON, TOF or TP");
     refused("#t := S5T#2S;", "S5 timers: use TON, TOF or TP with T#");
-    refused("#i := BCD16_TO_INT(#w);", "BCD and S5TIME: work with INT and TIME");
+    refused("#i := BCD16_TO_INT(#w);", "instead of BCD and S5TIME, use INT and TIME");
     refused("#i := #i^;", "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]");
     refused("#i ?= 1;", "pointers of this kind are not supported");
     refused("#i := P#DB1.DBX0.0;", "pointers of this kind are not supported");
@@ -152,11 +155,11 @@ fn types_without_a_meaning_here_are_refused() {
         undeclarable(&format!("x : {of};"), "S5 timers: use TON, TOF or TP");
     }
     undeclarable("x : TO_SpeedAxis;", "hardware: supply its values through inputs");
-    undeclarable("x : PID_Compact;", "its law is not published; available are CONT_C");
+    undeclarable("x : PID_Compact;", "its control law is not published; use one of CONT_C");
     undeclarable("x : Array[3..1] of Int;", "3..1 is not a valid index range");
     undeclarable("x : Array[0..2000000000] of LReal;", "this array needs more than 64 MiB, which no CPU has");
     undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use several dimensions");
-    undeclarable("x : Int := 'text';", "expected INT, found a text");
+    undeclarable("x : Int := 'text';", "expected INT, found a string");
     undeclarable("x : Array[0..1] of Int := [1, 2, 3];", "more start values than elements");
     undeclarable("x : Array[0..1] of Int := [5(1)];", "more start values than elements");
     undeclarable("i : Int;", "i is declared twice");
@@ -165,29 +168,29 @@ fn types_without_a_meaning_here_are_refused() {
 
 #[test]
 fn types_that_do_not_fit_are_refused() {
-    refused("#flag := #i;", "INT is not converted to BOOL; write INT_TO_BOOL(...)");
-    refused("#i := #flag;", "BOOL is not converted to INT; write BOOL_TO_INT(...)");
-    refused("IF #i THEN #i := 0; END_IF;", "a condition is a BOOL, not INT; compare it, with `<> 0` for example");
-    refused("#r := #t;", "TIME is not converted to REAL; convert through DINT");
+    refused("#flag := #i;", "INT is not implicitly converted to BOOL; write INT_TO_BOOL(...)");
+    refused("#i := #flag;", "BOOL is not implicitly converted to INT; write BOOL_TO_INT(...)");
+    refused("IF #i THEN #i := 0; END_IF;", "a condition must be a BOOL, not INT; compare it, for example with `<> 0`");
+    refused("#r := #t;", "TIME is not implicitly converted to REAL; convert through DINT");
     refused("#t := #t * #r;", "TIME * REAL is not possible");
-    refused("#t := #t * #t;", "TIME * TIME is not possible; TIME is added to TIME");
-    refused("#flag := #flag AND #i;", "BOOL AND INT is not possible; both sides are BOOL");
-    refused("#r := #r MOD 2.0;", "MOD is for integers");
+    refused("#t := #t * #t;", "TIME * TIME is not possible; add TIME to TIME");
+    refused("#flag := #flag AND #i;", "BOOL AND INT is not possible; both sides must be BOOL");
+    refused("#r := #r MOD 2.0;", "MOD needs integers");
     refused("#i := #array;", "expected INT, found ARRAY[1..3] OF INT");
     refused("#pair := #array;", "expected \"Pair\", found ARRAY[1..3] OF INT");
     refused("#i := #array[4];", "index 4 is outside of 1..3");
     refused("#i := #array[1, 2];", "2 indices for 1 dimensions");
     refused("#i := #i[1];", "INT has no elements");
-    refused("#i := #array[#r];", "an index is an integer, not a REAL");
+    refused("#i := #array[#r];", "an index must be an integer, not a REAL");
     refused("#i := #pair.z;", "\"Pair\" has no member z");
     refused("#flag := #w.%X16;", "WORD has no member %X16");
     refused("#TEN := 1;", "a constant cannot be written");
     refused("#i := 10ms;", "a duration begins with T#");
     refused("#r := -#r ** 2.0;", "write -(a ** b) or (-a) ** b");
     refused("CASE #r OF 1: ; END_CASE;", "CASE selects by an integer or a bit string, not by REAL; use IF");
-    refused("FOR #r := 1 TO 2 DO ; END_FOR;", "a loop counts in an integer, not in REAL");
-    refused("FOR #i := 1 TO 2 BY 0 DO ; END_FOR;", "a step of 0 never ends");
-    refused("FOR #i := 1 TO 2 DO #i := 3; END_FOR;", "the loop variable i must not be written in its loop");
+    refused("FOR #r := 1 TO 2 DO ; END_FOR;", "a loop variable must be an integer, not REAL");
+    refused("FOR #i := 1 TO 2 BY 0 DO ; END_FOR;", "a loop with step 0 never ends");
+    refused("FOR #i := 1 TO 2 DO #i := 3; END_FOR;", "the loop variable i must not be written inside its loop");
     refused("EXIT;", "EXIT is not inside a loop; RETURN leaves the block");
     refused("GOTO L1;", "no label L1 in this block");
     refused("GOTO L1; WHILE #flag DO L1: #i := 1; END_WHILE;", "GOTO jumps into the loop of the label L1");
@@ -201,7 +204,7 @@ fn calls_that_do_not_fit_are_refused() {
     refused("#sub(a := 1);", "the in-out parameter p is missing");
     refused("#sub(a := 1, p := #array);", "p is a \"Pair\", not an ARRAY[1..3] OF INT");
     refused("#i := \"Twice\"();", "Twice is called without a; a function needs all its parameters");
-    refused("#i := \"Twice\"(#i, #i);", "the parameters of Twice are supplied by name");
+    refused("#i := \"Twice\"(#i, #i);", "the parameters of Twice must be supplied by name");
     refused("\"Sub\"(a := 1);", "Sub is called without an instance; declare an instance");
     refused(
         "#i := #sub(a := 1, p := #pair);",
@@ -251,7 +254,7 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
     // The type inferred from its use is assumed.
     silent("\"X\".TON(IN := TRUE, PT := T#1s); #flag := \"X\".Q;");
     silent("\"R_TRIG_DB_1\"(CLK := #flag, Q => #flag);");
-    warned("\"Sub_DB\"(a := 1, p := #pair);", "no source declares \"Sub_DB\": it is taken for an instance of Sub");
+    warned("\"Sub_DB\"(a := 1, p := #pair);", "no source declares \"Sub_DB\": it is assumed to be an instance of Sub");
     refused(
         "\"X\".TON(IN := TRUE, PT := T#1s); \"X\".TOF(IN := TRUE, PT := T#1s);",
         "X is called both as TON and as TOF",
@@ -299,9 +302,9 @@ fn blocks_that_cannot_be_are_refused() {
 fn what_may_surprise_is_told() {
     warned(
         "#d := #i * 1000;",
-        "this is calculated in INT and wraps there, before it becomes DINT; convert an operand first",
+        "this is computed in INT and wraps before it is converted to DINT; convert an operand first",
     );
-    warned("#r := #i / 2;", "this divides integers: the fraction is lost before it becomes REAL");
+    warned("#r := #i / 2;", "integer division: the fraction is lost before the result becomes REAL");
     warned("#r := #i * 0.1;", "LREAL becomes REAL: it is rounded");
     warned(
         "#i := INT#1 + 50000;",
@@ -309,24 +312,24 @@ fn what_may_surprise_is_told() {
     );
     warned("#i := #d;", "DINT becomes INT: its high bits are cut off");
     warned("#u := #i;", "INT becomes UINT: a negative number becomes a large one");
-    warned("#i := #r;", "REAL becomes INT: it is rounded, and what does not fit is cut off");
-    warned("#r := #dw;", "DWORD becomes REAL: its number, not its bits");
+    warned("#i := #r;", "REAL becomes INT: it is rounded, and its high bits are cut off if it does not fit");
+    warned("#r := #dw;", "DWORD becomes REAL: its value is converted, not its bits");
     warned("#flag := #r = 0.1;", "REAL values are compared for equality; rounding may keep them from being equal");
     warned("#flag := #r < #l;", "REAL is compared with LREAL");
     warned("#i := #temp;", "the temporary temp may be read before it is written; it is then 0");
     warned("IF #flag THEN #temp := 1; END_IF; #i := #temp;", "the temporary temp may be read before it is written");
-    warned("CASE #i OF 1..3: ; 2: ; END_CASE;", "this value of CASE occurs twice: the first one applies");
+    warned("CASE #i OF 1..3: ; 2: ; END_CASE;", "this CASE value occurs twice: the first one applies");
     warned(
         "#timer(IN := #flag, PT := T#1s); #timer(IN := TRUE, PT := T#1s);",
         "#timer is called a second time in this cycle",
     );
-    warned("#i := #i / 0;", "this divides by 0: the result is 0");
-    warned("#i := #i MOD 0;", "this divides by 0: the result is 0");
+    warned("#i := #i / 0;", "division by 0: the result is 0");
+    warned("#i := #i MOD 0;", "division by 0: the result is 0");
     warned("WHILE TRUE DO #i := 1; END_WHILE;", "this loop never ends; leave it with EXIT or RETURN");
     warned("REPEAT #i := 1; UNTIL FALSE END_REPEAT;", "this loop never ends");
     silent("WHILE TRUE DO IF #flag THEN EXIT; END_IF; END_WHILE;");
     silent("REPEAT #i := 1; UNTIL TRUE END_REPEAT;");
-    warned("#in := 1;", "an input is written to, which the caller does not see");
+    warned("#in := 1;", "an input is written, but the caller does not see the change");
     warned(
         "FOR #i := 1 TO 32767 DO ; END_FOR;",
         "the loop counts to the limit of INT: it ends here, but may run forever on a CPU",
@@ -417,10 +420,10 @@ fn typical_slips_are_told_as_what_they_are() {
 #[test]
 fn an_argument_that_a_function_does_not_have_is_refused() {
     for (statement, says) in [
-        ("#r := SQRT(#r, #r);", "SQRT has fewer parameters"),
+        ("#r := SQRT(#r, #r);", "SQRT has no parameter for this"),
         ("#w := SHL(IN := #w, N := 1, FOO := 1);", "SHL has no parameter FOO"),
         ("#r := LIMIT(MN := 0.0, IN := #r, MX := 1.0, MAX := 2.0);", "LIMIT has no parameter MAX"),
-        ("#i := REAL_TO_INT(#r, #r);", "REAL_TO_INT has fewer parameters"),
+        ("#i := REAL_TO_INT(#r, #r);", "REAL_TO_INT has no parameter for this"),
         ("#s := LEFT(IN := #s, L := 2, P := 3);", "LEFT has no parameter P"),
     ] {
         refused(statement, says);

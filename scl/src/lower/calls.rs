@@ -387,7 +387,7 @@ impl Lowerer<'_, '_> {
         if let Some(block) = found {
             let global = self.compiler.implied(name, block);
             let of = self.compiler.blocks[block].name.clone();
-            let message = format!("no source declares \"{name}\": it is taken for an instance of {of}");
+            let message = format!("no source declares \"{name}\": it is assumed to be an instance of {of}");
             self.warn(span, message, None);
             return Callee::Instance(block, global.place());
         }
@@ -410,7 +410,7 @@ impl Lowerer<'_, '_> {
     }
 
     fn told_by_position(&mut self, block: usize, span: Span) {
-        let message = format!("the parameters of {} are supplied by name", self.compiler.blocks[block].name);
+        let message = format!("the parameters of {} must be supplied by name", self.compiler.blocks[block].name);
         self.error(span, message, Some("write name := value"));
     }
 
@@ -468,7 +468,7 @@ impl Lowerer<'_, '_> {
 
     fn tell_left_out(&mut self, block: usize, parameter: &str, span: Span) {
         let stub = &self.compiler.blocks[block].name;
-        self.warn(span, format!("{parameter} of the stub {stub} is left out: its type has no form here"), None);
+        self.warn(span, format!("{parameter} of the stub {stub} is omitted: its type is not supported"), None);
     }
 
     /// The EN or ENO argument of a call, unless the block declares a parameter of that name.
@@ -618,7 +618,7 @@ impl Lowerer<'_, '_> {
     fn check_argument(&mut self, actual: &Variable, span: Span) {
         let counted = self.loops.iter().any(|(_, one)| one.variable.as_ref() == Some(&actual.place));
         if counted && self.compiler.cpu != Cpu::S7300 {
-            self.error(span, "the loop variable must not be written in its loop", None);
+            self.error(span, "the loop variable must not be written inside its loop", None);
         }
     }
 

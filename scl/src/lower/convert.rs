@@ -77,12 +77,12 @@ impl Lowerer<'_, '_> {
             },
             Operand::Text(text, _) if to.class() == Class::Character => {
                 if text.len() != 1 {
-                    self.error(span, format!("a text of {} characters is not a {}", text.len(), to.name()), None);
+                    self.error(span, format!("a string of {} characters is not a {}", text.len(), to.name()), None);
                 }
                 Expr::Const(Value::new(to.scalar(), text.first().copied().unwrap_or(0).into()))
             }
             Operand::Text(..) => {
-                self.error(span, format!("expected {}, found a text", to.name()), None);
+                self.error(span, format!("expected {}, found a string", to.name()), None);
                 zero(to)
             }
             Operand::Variable(of, _) => {
@@ -160,9 +160,9 @@ impl Lowerer<'_, '_> {
                 }
                 (Time, Real) | (Real, Time) => "convert through DINT, which counts milliseconds".to_string(),
                 (Real, Bool) => "compare it with a number".to_string(),
-                _ => format!("convert it with {}_TO_{} if there is such a function", from.name(), to.name()),
+                _ => format!("convert it with {}_TO_{} if that function exists", from.name(), to.name()),
             };
-            self.error(span, format!("{} is not converted to {}", from.name(), to.name()), Some(&help));
+            self.error(span, format!("{} is not implicitly converted to {}", from.name(), to.name()), Some(&help));
             return zero(to);
         }
         if let Some(loss) = loss(from, to).filter(|_| !matches!(value, Expr::Const(_))) {
@@ -232,8 +232,8 @@ fn loss(from: Elementary, to: Elementary) -> Option<&'static str> {
     use Class::{Bits, Integer, Real};
     match (from.class(), to.class()) {
         (Real, Real) if from == Elementary::LReal => Some("it is rounded"),
-        (Real, Bits | Integer) => Some("it is rounded, and what does not fit is cut off"),
-        (Bits, Real) if from.bits() >= 32 => Some("its number, not its bits"),
+        (Real, Bits | Integer) => Some("it is rounded, and its high bits are cut off if it does not fit"),
+        (Bits, Real) if from.bits() >= 32 => Some("its value is converted, not its bits"),
         (Bits | Integer, Real) => {
             let digits = if to == Elementary::Real { 24 } else { 53 };
             (from.bits() - u32::from(from.scalar().is_signed()) > digits).then_some("it is rounded")

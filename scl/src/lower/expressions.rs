@@ -154,8 +154,8 @@ impl Lowerer<'_, '_> {
                 };
                 let is_text = matches!(other, Operand::Text(..) | Operand::Variable(Type::Text { .. }, _));
                 let (expected, help) = match wide {
-                    true => ("WSTRING", "STRING_TO_WSTRING converts it"),
-                    false => ("STRING", "WSTRING_TO_STRING converts it"),
+                    true => ("WSTRING", "convert it with STRING_TO_WSTRING"),
+                    false => ("STRING", "convert it with WSTRING_TO_STRING"),
                 };
                 self.error(span, format!("expected {expected}, found {found}"), Some(help).filter(|_| is_text));
                 None

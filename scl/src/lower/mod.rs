@@ -238,7 +238,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
             }
             Operand::Text(text, _) if text.len() == 1 => Some(text[0].into()),
             _ => {
-                self.error(span, "a constant whole number is expected here", None);
+                self.error(span, "expected a constant integer", None);
                 None
             }
         }

@@ -35,7 +35,7 @@ impl Lowerer<'_, '_> {
             (_, operand) => {
                 let of = self.type_name(&operand);
                 let operator = if operator == Unary::Not { "NOT" } else { "a sign" };
-                self.error(span, format!("{operator} cannot stand before {of}"), None)
+                self.error(span, format!("{operator} cannot be applied to {of}"), None)
             }
         }
     }
@@ -43,15 +43,15 @@ impl Lowerer<'_, '_> {
     /// The type name of an operand, for messages.
     pub(crate) fn type_name(&self, operand: &Operand) -> String {
         match operand {
-            Operand::Whole(_) => "a whole number".to_string(),
+            Operand::Whole(_) => "an integer".to_string(),
             Operand::Fraction(..) => "a number".to_string(),
-            Operand::Text(..) => "a text".to_string(),
+            Operand::Text(..) => "a string".to_string(),
             Operand::Value(of, _) => of.name().to_string(),
             Operand::Variable(Type::Instance(block), _) => {
                 format!("an instance of {}", self.compiler.blocks[*block].name)
             }
             Operand::Variable(of, _) => of.to_string(),
-            Operand::Wrong(_) => "something wrong".to_string(),
+            Operand::Wrong(_) => "an invalid operand".to_string(),
         }
     }
 
@@ -145,7 +145,7 @@ impl Lowerer<'_, '_> {
         match of {
             Some(of) => Operand::Value(of, self.both(operation, of, left, right, span)),
             None => {
-                let help = "both sides are BOOL, or both are bit strings; compare a number first";
+                let help = "both sides must be BOOL, or both bit strings; compare a number first";
                 self.refuse(name, &left, &right, span, Some(help))
             }
         }
@@ -215,7 +215,7 @@ impl Lowerer<'_, '_> {
             return self.refuse(name, &left, &right, span, None);
         };
         if of.class() == Class::Real && operator == Binary::Modulo {
-            return self.refuse(name, &left, &right, span, Some("MOD is for integers"));
+            return self.refuse(name, &left, &right, span, Some("MOD needs integers"));
         }
         if of.class() == Class::Bits {
             of = Elementary::integer(of.bits(), false);
@@ -224,7 +224,7 @@ impl Lowerer<'_, '_> {
         if let Expr::Binary(ir::Binary::Div | ir::Binary::Rem, _, _, by, _) = &value
             && matches!(**by, Expr::Const(by) if of.is_whole() && by.bits() == 0)
         {
-            self.warn(span, "this divides by 0: the result is 0", None);
+            self.warn(span, "division by 0: the result is 0", None);
         }
         Operand::Value(of, value)
     }
@@ -257,8 +257,7 @@ impl Lowerer<'_, '_> {
             _ => false,
         };
         if !is_possible {
-            let help =
-                "TIME is added to TIME, and multiplied or divided by an integer; else convert it with TIME_TO_DINT";
+            let help = "add TIME to TIME, multiply or divide it by an integer, or convert it with TIME_TO_DINT";
             return self.refuse(name, &left, &right, span, Some(help));
         }
         // An integer combined with a TIME is assumed to be in the same unit.
@@ -307,7 +306,7 @@ impl Lowerer<'_, '_> {
             };
             let (one, other) = (width(&left), width(&right));
             if one.is_some() && other.is_some() && one != other {
-                let help = "a STRING is not compared with a WSTRING: write WSTRING#'...', or use one type";
+                let help = "a STRING cannot be compared with a WSTRING: write WSTRING#'...', or use one type";
                 return self.refuse(name, &left, &right, span, Some(help));
             }
             // An untyped string takes the type of the other operand.
@@ -343,7 +342,7 @@ impl Lowerer<'_, '_> {
             return self.refuse(name, &left, &right, span, None);
         };
         if of == Elementary::Bool && !is_equality {
-            return self.refuse(name, &left, &right, span, Some("BOOL is compared with = and <> only"));
+            return self.refuse(name, &left, &right, span, Some("BOOL can only be compared with = and <>"));
         }
         if let (Operand::Value(Elementary::Real, _), Operand::Value(Elementary::LReal, _))
         | (Operand::Value(Elementary::LReal, _), Operand::Value(Elementary::Real, _)) = (&left, &right)
@@ -373,8 +372,8 @@ impl Lowerer<'_, '_> {
                 let of = self.type_name(&other);
                 self.error(
                     span,
-                    format!("a condition is a BOOL, not {of}"),
-                    Some("compare it, with `<> 0` for example"),
+                    format!("a condition must be a BOOL, not {of}"),
+                    Some("compare it, for example with `<> 0`"),
                 );
                 zero(Elementary::Bool)
             }

@@ -234,11 +234,7 @@ impl Lowerer<'_, '_> {
             match name.key().as_str() {
                 "TRUE" => return Path::Constant(Operand::Value(Elementary::Bool, Expr::Const(true.into()))),
                 "NULL" => {
-                    self.error(
-                        name.span,
-                        "NULL is not supported",
-                        Some("references have no type here: pass the variable itself"),
-                    );
+                    self.error(name.span, "NULL is not supported", Some("pass the variable itself"));
                     return Path::Wrong;
                 }
                 "FALSE" => return Path::Constant(Operand::Value(Elementary::Bool, Expr::Const(false.into()))),
@@ -309,7 +305,7 @@ impl Lowerer<'_, '_> {
             return Path::Wrong;
         }
         if scope == Scope::Bare && Elementary::named(&capitals).is_some() {
-            let help = "types are known here before the program runs: write a block for each type";
+            let help = "types are fixed at compile time: write a block for each type";
             self.error(name.span, format!("{} is a type, not a value", name.text), Some(help));
             return Path::Wrong;
         }
@@ -364,7 +360,7 @@ impl Lowerer<'_, '_> {
                     return self.no_member(&of, name, like);
                 };
                 let Slot::Member(number) = found.slot else {
-                    let message = format!("{} belongs to one call only: it cannot be read from outside", name.text);
+                    let message = format!("{} exists only during a call: it cannot be read from outside", name.text);
                     self.error(name.span, message, None);
                     return Path::Wrong;
                 };
@@ -473,7 +469,7 @@ impl Lowerer<'_, '_> {
         if let Operand::Value(of, _) = &operand
             && !of.is_whole()
         {
-            self.error(span, format!("an index is an integer, not {}", with_article(of.name())), None);
+            self.error(span, format!("an index must be an integer, not {}", with_article(of.name())), None);
             return zero(Elementary::DInt);
         }
         let value = match operand {

@@ -246,12 +246,12 @@ impl Lowerer<'_, '_> {
             let help = format!("convert an operand first: {}_TO_{}(...)", of.name(), to.name());
             self.warn(
                 span,
-                format!("this is calculated in {} and wraps there, before it becomes {}", of.name(), to.name()),
+                format!("this is computed in {} and wraps before it is converted to {}", of.name(), to.name()),
                 Some(&help),
             );
         }
         if *operator == Binary::Divide && of.is_whole() && to.class() == crate::check::types::Class::Real {
-            let message = format!("this divides integers: the fraction is lost before it becomes {}", to.name());
+            let message = format!("integer division: the fraction is lost before the result becomes {}", to.name());
             self.warn(span, message, Some("convert an operand first, or write 2.0 instead of 2"));
         }
     }
@@ -269,7 +269,7 @@ impl Lowerer<'_, '_> {
         if variable.section == Some(SectionKind::Input) && self.file != self.compiler.library_file() {
             self.warn(
                 span,
-                "an input is written to, which the caller does not see",
+                "an input is written, but the caller does not see the change",
                 Some("use a static or temporary variable"),
             );
         }
@@ -283,7 +283,7 @@ impl Lowerer<'_, '_> {
                     None,
                 );
             } else {
-                let message = format!("the loop variable {name} must not be written in its loop");
+                let message = format!("the loop variable {name} must not be written inside its loop");
                 self.error(span, message, Some("use WHILE, or EXIT to leave the loop"));
             }
         }
@@ -430,7 +430,7 @@ impl Lowerer<'_, '_> {
                 if let Some(range) = self.range_of(label) {
                     let label_span = self.span(label.low);
                     if taken.iter().any(|(low, high)| range.0 <= *high && *low <= range.1) {
-                        self.warn(label_span, "this value of CASE occurs twice: the first one applies", None);
+                        self.warn(label_span, "this CASE value occurs twice: the first one applies", None);
                     }
                     taken.push(range);
                     values.push(range);
@@ -489,14 +489,14 @@ impl Lowerer<'_, '_> {
             Some(Type::Elementary(of)) if of.is_whole() => *of,
             None | Some(Type::Wrong | Type::Missing(_)) => Elementary::DInt,
             Some(of) => {
-                let message = format!("a loop counts in an integer, not in {of}");
+                let message = format!("a loop variable must be an integer, not {of}");
                 self.error(variable_span, message, None);
                 Elementary::DInt
             }
         };
         if let Some(target) = &target {
             if self.is_view(target) {
-                self.error(variable_span, "a loop cannot count in a view (AT)", Some("count in a variable of its own"));
+                self.error(variable_span, "a loop cannot count in a view (AT)", Some("count in a separate variable"));
             }
             self.check_written(target, variable_span);
         } else {
@@ -513,7 +513,7 @@ impl Lowerer<'_, '_> {
         if let (Some(step), Some(Expr::Const(value))) = (step, &step_value)
             && value.bits() == 0
         {
-            self.error(self.span(step), "a step of 0 never ends", None);
+            self.error(self.span(step), "a loop with step 0 never ends", None);
         }
         let is_limit = |value: &Value| value.bits() == of.range().1 as u64 || value.bits() == of.range().0 as u64;
         if let Expr::Const(value) = &last
@@ -522,7 +522,7 @@ impl Lowerer<'_, '_> {
         {
             let message =
                 format!("the loop counts to the limit of {}: it ends here, but may run forever on a CPU", of.name());
-            self.warn(self.span(last_id), message, Some("count in a larger type"));
+            self.warn(self.span(last_id), message, Some("use a larger type"));
         }
         // The loop counts in the variable selected at its start, even if an index changes later.
         let place = target.map(|target| self.frozen(target.place, variable_span));

@@ -117,7 +117,7 @@ impl Image {
             Type::Array(array) => {
                 let is_small = array.of.elementary().is_some_and(|of| of.bits() <= 8);
                 if is_small && array.bounds.len() > 1 {
-                    return Err("an array of several dimensions whose elements are a byte or a bit".to_string());
+                    return Err("an array of several dimensions with byte or bit elements".to_string());
                 }
                 self.end = self.end.next_multiple_of(16);
                 for indices in indices(&array.bounds) {
@@ -159,7 +159,7 @@ impl Image {
             }
             Type::Text { wide: true, .. } => Err("a WSTRING".to_string()),
             Type::Text { .. } => Err("a STRING, because a view has no length field,".to_string()),
-            Type::Open(..) => Err("an array whose bounds the caller gives".to_string()),
+            Type::Open(..) => Err("an array whose bounds are set by the caller".to_string()),
             Type::Instance(_) | Type::Void | Type::Wrong | Type::Missing(_) => Err("an instance".to_string()),
         }
     }
@@ -323,7 +323,7 @@ impl Lowerer<'_, '_> {
                 continue;
             }
             let problem = match self.behind(&view) {
-                None => Some("AT is for a variable of this block".to_string()),
+                None => Some("AT needs a variable of this block".to_string()),
                 Some((_, Type::Wrong | Type::Missing(_))) => None,
                 Some((place, of)) => self.compiler.images((place, &of), &view).err(),
             };

@@ -113,7 +113,7 @@ const ROWS: &[Row] = &[
             CASE #i OF -1: ; 0, 5..7: ; TEN: ; ELSE ; END_CASE; FOR #i := 1 TO 9 BY 2 DO CONTINUE; END_FOR;
             WHILE #i < 3 DO #i := #i + 1; END_WHILE; REPEAT EXIT; UNTIL TRUE END_REPEAT; GOTO out; out: RETURN;"],
         refused: &[
-            ("FOR #i := 1 TO 3 DO #i := 5; END_FOR;", "must not be written in its loop"),
+            ("FOR #i := 1 TO 3 DO #i := 5; END_FOR;", "must not be written inside its loop"),
             ("GOTO inner; FOR #i := 1 TO 3 DO inner: ; END_FOR;", "GOTO jumps into the loop"),
         ],
     },
@@ -147,14 +147,14 @@ const ROWS: &[Row] = &[
             #i := BLKMOV(SRCBLK := #pair, DSTBLK => #other); BLKMOV(SRCBLK := #a, DSTBLK => #a);"],
         refused: &[
             ("#i := PEEK(area := 16#84, dbNumber := 1, byteOffset := 0);", "assign the variables themselves"),
-            ("#i := BLKMOV(SRCBLK := #a, DSTBLK => #pair);", "BLKMOV copies between variables of one type"),
+            ("#i := BLKMOV(SRCBLK := #a, DSTBLK => #pair);", "BLKMOV copies between variables of the same type"),
             ("#i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 0, DEST => #chars);", "found INT and CHAR; copy them in a loop"),
-            ("#i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 0, DEST => #i);", "between arrays of one dimension, found INT"),
+            ("#i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 0, DEST => #i);", "between one-dimensional arrays, found INT"),
             ("#w := GET_ERR_ID();", "stops the FMU with file and line"),
             ("#y := IS_ARRAY(#a);", "write the block once for each type"),
             ("#i := Serialize(SRC_VARIABLE := #pair);", "assign the variables themselves"),
-            ("#i := RDREC(REQ := TRUE);", "make its values inputs"),
-            ("\"MC_Power\"(Axis := 1);", "make its values inputs"),
+            ("#i := RDREC(REQ := TRUE);", "turn its values into inputs"),
+            ("\"MC_Power\"(Axis := 1);", "turn its values into inputs"),
             ("#i := BCD16_TO_INT(#w);", "work with INT"),
         ],
     },
@@ -163,7 +163,7 @@ const ROWS: &[Row] = &[
         works: &["#control(PV_IN := 1.0, SP_INT := 2.0, LMN => #r); #pulses(INV := #r, PER_TM := T#1s);"],
         refused: &[(
             "FUNCTION_BLOCK S VAR p : PID_Compact; END_VAR BEGIN END_FUNCTION_BLOCK",
-            "its law is not published",
+            "its control law is not published",
         )],
     },
 ];

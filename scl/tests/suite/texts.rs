@@ -83,7 +83,10 @@ fn texts_of_both_kinds_are_compared_with_what_has_no_kind_and_not_with_each_othe
         Ran::new(of(condition).unwrap_or_else(|errors| panic!("{condition}: {}", errors[0])));
     }
     let refused = of("w = s").unwrap_err()[0].to_string();
-    assert!(refused.contains("WSTRING = STRING is not possible; a STRING is not compared with a WSTRING"), "{refused}");
+    assert!(
+        refused.contains("WSTRING = STRING is not possible; a STRING cannot be compared with a WSTRING"),
+        "{refused}"
+    );
 }
 
 #[test]

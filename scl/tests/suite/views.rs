@@ -104,8 +104,8 @@ fn what_has_no_bytes_of_a_cpu_is_refused() {
         ),
         ("s : String[9]; x AT s : Array[0..12] of Byte;", "the view has 14 bytes, but its variable only 12"),
         ("a : Byte; x AT a : Word;", "the view has 2 bytes, but its variable only 1"),
-        ("a : Word; x AT b : Word;", "AT is for a variable of this block"),
-        ("a : Word; x AT a : Byte; z AT x : Byte;", "AT is for a variable of this block"),
+        ("a : Word; x AT b : Word;", "AT needs a variable of this block"),
+        ("a : Word; x AT a : Byte; z AT x : Byte;", "AT needs a variable of this block"),
         ("a : LReal; x AT a : Array[0..1, 0..3] of Byte;", "an array of several dimensions"),
         ("a : Array[0..9999] of Byte; x AT a : Array[0..9999] of Byte;", "a view of more than 4096 numbers"),
     ] {

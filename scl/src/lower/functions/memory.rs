@@ -28,7 +28,7 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::DInt, bound)
             }
             (Operand::Wrong(_), _) | (_, None) => Operand::Wrong(None),
-            (_, Some(_)) => self.error(given.span, format!("{} is for the dimensions of an array", given.name), None),
+            (_, Some(_)) => self.error(given.span, format!("{} needs an array and a dimension", given.name), None),
         }
     }
 
@@ -47,7 +47,7 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::UDInt, convert(count, Scalar::I32, Scalar::U32, Convert::Value, at))
             }
             Operand::Wrong(name) => Operand::Wrong(name),
-            _ => self.error(given.span, format!("{} is for arrays with bounds", given.name), None),
+            _ => self.error(given.span, format!("{} needs an array with bounds", given.name), None),
         }
     }
 
@@ -58,7 +58,7 @@ impl Lowerer<'_, '_> {
         };
         let Some(memory) = self.target(id) else { return Operand::Wrong(None) };
         if memory.of != Type::Elementary(Elementary::LReal) {
-            return self.error(self.span(id), "the memory of RUNTIME is an LREAL", None);
+            return self.error(self.span(id), "MEM of RUNTIME must be an LREAL", None);
         }
         let function = self.compiler.blocks[block].function;
         let result = self.temp(ir::Type::Scalar(Scalar::F64));
@@ -121,8 +121,8 @@ impl Lowerer<'_, '_> {
         let is_element =
             |lowerer: &Self, id: ExpressionId| matches!(lowerer.expressions()[id].kind, ExpressionKind::Index(..));
         if !is_element(self, output) || !is_fill && !is_element(self, input) {
-            let help = "write the first element: #a[0]";
-            self.error(given.span, format!("{} copies from and to the elements of an array", given.name), Some(help));
+            let help = "pass the first element, such as #a[0]";
+            self.error(given.span, format!("{} copies between array elements", given.name), Some(help));
             return;
         }
         let operand = self.operand(count, Some(Elementary::DInt));
@@ -152,7 +152,8 @@ impl Lowerer<'_, '_> {
             let from = lowerer.element_of(source, first, given)?;
             let to = lowerer.element_of(destination, first_to, given)?;
             if !from.of.is_like(&to.of) {
-                let message = format!("{} copies elements of one type, found {} and {}", given.name, from.of, to.of);
+                let message =
+                    format!("{} needs elements of the same type, found {} and {}", given.name, from.of, to.of);
                 lowerer.error(given.span, message, Some("copy them in a loop"));
                 return None;
             }
@@ -176,7 +177,7 @@ impl Lowerer<'_, '_> {
             }
             (Type::Wrong | Type::Missing(_), _) => return None,
             (other, _) => {
-                let message = format!("{} copies between arrays of one dimension, found {other}", given.name);
+                let message = format!("{} copies between one-dimensional arrays, found {other}", given.name);
                 self.error(self.span(array), message, Some("assign the variable itself"));
                 return None;
             }
@@ -196,9 +197,11 @@ impl Lowerer<'_, '_> {
         let (code, is_done) = self.aside(|lowerer| {
             let (from, to) = (lowerer.target(from)?, lowerer.target(to)?);
             if !from.of.is_like(&to.of) && !from.of.is_wrong() && !to.of.is_wrong() {
-                let message =
-                    format!("{} copies between variables of one type, found {} and {}", given.name, from.of, to.of);
-                lowerer.error(given.span, message, Some("assign their members, or see one as the other by AT"));
+                let message = format!(
+                    "{} copies between variables of the same type, found {} and {}",
+                    given.name, from.of, to.of
+                );
+                lowerer.error(given.span, message, Some("assign their members, or view one as the other with AT"));
                 return None;
             }
             let value = lowerer.value_of(&from, given.span);
@@ -254,7 +257,7 @@ impl Lowerer<'_, '_> {
         let of = bits.of.elementary().filter(|of| of.class() == Class::Bits);
         let Some(of) = of.filter(|of| of.bits() as usize == places.len()) else {
             let message =
-                format!("{} is for a bit string and as many BOOL, found {} and {}", given.name, from.of, to.of);
+                format!("{} needs a bit string and one BOOL per bit, found {} and {}", given.name, from.of, to.of);
             self.error(given.span, message, None);
             return;
         };

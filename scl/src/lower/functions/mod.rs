@@ -84,7 +84,7 @@ impl Lowerer<'_, '_> {
         let Some(argument) = given.surplus() else { return };
         let message = match &argument.name {
             Some(name) => format!("{} has no parameter {}", given.name, name.text),
-            None => format!("{} has fewer parameters", given.name),
+            None => format!("{} has no parameter for this", given.name),
         };
         let span = argument.name.as_ref().map_or_else(|| self.span(argument.value), |name| name.span);
         self.error(span, message, Some("leave it out"));
@@ -202,11 +202,7 @@ impl Lowerer<'_, '_> {
             "RESET_TIMER" | "PRESET_TIMER" => self.timer_function(&given),
             "RD_SYS_T" | "RD_LOC_T" | "READ_CLK" => drop(self.clock(&given)),
             "RE_TRIGR" => {
-                self.warn(
-                    span,
-                    "RE_TRIGR does nothing here: an FMU has no monitoring time that it could restart",
-                    None,
-                );
+                self.warn(span, "RE_TRIGR has no effect: an FMU has no cycle monitoring time to restart", None);
             }
             "MOVE_BLK" | "UMOVE_BLK" | "FILL_BLK" | "UFILL_BLK" => self.block_of_elements(&given),
             "MOVE_BLK_VARIANT" | "BLKMOV" | "UBLKMOV" => {
@@ -287,7 +283,7 @@ impl Lowerer<'_, '_> {
         let bcd = |name: &str| name.contains("BCD") || matches!(name, "S5TIME" | "BLOCK_DB");
         if bcd(from) || bcd(to) {
             let message = format!("{} is not supported", given.name);
-            return Some(self.error(given.span, message, Some("BCD and S5TIME: work with INT and TIME")));
+            return Some(self.error(given.span, message, Some("instead of BCD and S5TIME, use INT and TIME")));
         }
         if let Some(converted) =
             self.text_conversion(from, to, given).or_else(|| self.moment_conversion(from, to, given))

@@ -180,7 +180,7 @@ impl Lowerer<'_, '_> {
             return match self.moment_of(&operand) {
                 Some(_) => self.between(operand, Moment::Dtl, given.span),
                 None if matches!(operand, Operand::Wrong(_)) => operand,
-                None => self.error(given.span, "T_CONV is assigned to a variable whose type says what it gives", None),
+                None => self.error(given.span, "T_CONV must be assigned to a variable of the target type", None),
             };
         };
         match self.moment_of(&operand) {
@@ -272,7 +272,7 @@ impl Lowerer<'_, '_> {
                 let sum = binary(ir::Binary::Add, Scalar::I64, date, time, self.at(given.span));
                 self.as_moment(sum, Moment::Dtl, given.span).unwrap_or(Operand::Wrong(None))
             }
-            Some(_) => self.error(given.span, format!("{} is for a DATE and a time of day", given.name), None),
+            Some(_) => self.error(given.span, format!("{} needs a DATE and a time of day", given.name), None),
         }
     }
 }

@@ -7,22 +7,18 @@ const NOT_SUPPORTED: &str = "is not supported";
 
 /// Rejected functions: names (a trailing `*` matches any ending), reason, remedy. The first match wins.
 const REFUSED: [(&[&str], &str, &str); 9] = [
-    (
-        VARIANTS,
-        NOT_SUPPORTED,
-        "a VARIANT has no type here: write the block once for each type that it is called with, or with ARRAY[*]",
-    ),
+    (VARIANTS, NOT_SUPPORTED, "write the block once for each type it is called with, or use ARRAY[*]"),
     (
         &["SERIALIZE", "DESERIALIZE"],
         NOT_SUPPORTED,
-        "assign the variables themselves: the bytes are the slices .%B0, .%B1, or an AT over them",
+        "assign the variables themselves, or access their bytes as slices .%B0, .%B1 or through AT",
     ),
-    (&["DEMUX"], NOT_SUPPORTED, "write the output that K selects in a CASE"),
+    (&["DEMUX"], NOT_SUPPORTED, "use CASE to write the output selected by K"),
     (&["FILL"], NOT_SUPPORTED, "use FILL_BLK with the first element of the array"),
     (
         &["GET_ERROR", "GET_ERR_ID", "GET_ERROR_ID"],
         NOT_SUPPORTED,
-        "an error that it would report, such as an index outside of an array, stops the FMU with file and line; \
+        "the errors it would report, such as an index outside an array, stop the FMU with file and line; \
          leave it out, and check the index before it is used",
     ),
     // Memory addresses and pointers.
@@ -45,7 +41,7 @@ const REFUSED: [(&[&str], &str, &str); 9] = [
             "WRITE_LITTLE",
         ],
         NOT_SUPPORTED,
-        "pointers of this kind are not supported; assign the variables themselves",
+        "assign the variables themselves",
     ),
     // Not implemented yet.
     (
@@ -75,7 +71,7 @@ const REFUSED: [(&[&str], &str, &str); 9] = [
             "TIME_TO_S5TIME",
         ],
         NOT_SUPPORTED,
-        "compute it outside of the program and feed it through an input",
+        "compute it outside the program and pass it in through an input",
     ),
     (
         &[
@@ -137,7 +133,7 @@ const REFUSED: [(&[&str], &str, &str); 9] = [
             "SI_CLASSIC*",
         ],
         "talks to the PLC's hardware or system",
-        "make its values inputs",
+        "turn its values into inputs",
     ),
     (
         &["S_ODT", "S_ODTS", "S_OFFDT", "S_PULSE", "S_PEXT", "S_CU", "S_CD", "S_CUD"],
@@ -164,7 +160,7 @@ pub(crate) fn is_of_variants(name: &str) -> bool {
 pub(crate) fn refused(name: &str) -> Option<(String, String)> {
     if name.starts_with("PID_") {
         let available = crate::library::natives().join(", ");
-        let help = format!("its law is not published; available are {available}");
+        let help = format!("its control law is not published; use one of {available}");
         return Some((format!("{name} {NOT_SUPPORTED}"), help));
     }
     let is_it = |pattern: &&str| match pattern.strip_suffix('*') {

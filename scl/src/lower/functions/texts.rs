@@ -104,7 +104,7 @@ impl Lowerer<'_, '_> {
             _ => None,
         };
         let Some(converted) = converted else {
-            let help = "compute it outside of the program and feed it through an input";
+            let help = "compute it outside the program and pass it in through an input";
             return Some(self.error(given.span, format!("{} is not supported", given.name), Some(help)));
         };
         Some(converted.unwrap_or(Operand::Wrong(None)))
@@ -315,8 +315,8 @@ impl Lowerer<'_, '_> {
         };
         let block = of.and_then(|of| self.compiler.system_block(&format!("{}_{}", given.name, of.name())));
         let Some(block) = block else {
-            let help = "Chars is an array of CHAR, BYTE, WCHAR or WORD";
-            self.error(self.span(array), format!("{} cannot use this", given.name), Some(help));
+            let help = "Chars must be an array of CHAR, BYTE, WCHAR or WORD";
+            self.error(self.span(array), format!("{} does not accept this", given.name), Some(help));
             return;
         };
         let is_text = |argument: &&Argument| {
@@ -364,7 +364,7 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::DInt, Expr::Const(i32::from(capacity).into()))
             }
             Operand::Wrong(name) => Operand::Wrong(name),
-            _ => self.error(given.span, "MAX_LEN is for texts", None),
+            _ => self.error(given.span, "MAX_LEN needs a string", None),
         }
     }
 }
