@@ -14,7 +14,7 @@ pub(crate) struct Run {
     pub size: usize,
 }
 
-/// Adds a number to that of each called function.
+/// Adds an offset to the number of each called function.
 struct Moves(usize);
 
 impl Change for Moves {
@@ -29,7 +29,7 @@ impl Program {
     /// not affected.
     ///
     /// # Errors
-    /// The law belongs to another block than the function.
+    /// The law and the function belong to different blocks.
     pub fn add_law(&mut self, native: usize, law: &Program, call: usize) -> Result<(), String> {
         let (records, functions) = (self.records.len(), self.functions.len());
         let Body::Native(name) = self.functions[native].body else {
@@ -110,7 +110,7 @@ impl Program {
         runs
     }
 
-    /// Whether a record is that of a block with packed members.
+    /// Whether this is the record of a block, with packed members.
     pub(crate) fn is_packed(&self, record: usize) -> bool {
         self.functions.iter().any(|it| it.instance == Some(record) && matches!(it.body, Body::Native(_)))
     }

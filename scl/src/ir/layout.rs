@@ -43,8 +43,8 @@ impl Program {
         self.records[record].members.len() - 1
     }
 
-    /// Adds the record of an instance of a block of [`blocks`]: its bytes as the block stores itself, its rows as
-    /// members. `None` if no block has that name.
+    /// Adds the record of an instance of a block in [`blocks`]: the bytes are the block's stored state, the members are
+    /// its rows. `None` if no block has that name.
     pub fn add_native(&mut self, name: &str) -> Option<usize> {
         struct Find<'a>(&'a str, Option<Record>);
         impl EachBlock for Find<'_> {
@@ -55,7 +55,7 @@ impl Program {
                 let mut block = B::default();
                 let start = stored(&block);
                 let members = B::TABLE.rows.iter().enumerate().map(|(index, row)| {
-                    // A row's offset is the first byte that differs between two values without a byte in common.
+                    // A row's offset is the first byte that differs between two values that have no byte in common.
                     let mut with = |value| {
                         block.set(index, value);
                         stored(&block)
@@ -138,7 +138,7 @@ impl Program {
     }
 
     /// The offset and type of a variable in memory, by its path (`motors[2].run`, `a[1,2]`; case-insensitive). Names
-    /// that contain dots or brackets may be quoted; without quotes the longest matching name is used.
+    /// that contain dots or brackets may be quoted; without quotes, the longest matching name is used.
     pub fn find(&self, path: &str) -> Option<(usize, Type)> {
         let mut ty = Type::Record(self.memory);
         let mut offset = 0;

@@ -1,14 +1,14 @@
 //! EXP, LN, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN and `**`, with identical bits on every computer.
 //!
 //! They use only operations that IEEE 754 defines exactly: + - * / and the square root of binary64, and integer
-//! operations. No platform library is called and nothing is contracted.
+//! operations. No platform library is called, and no operations are contracted.
 //!
 //! Each function reduces its argument, sums a Taylor series in [twice the precision](twofold_t), and rounds the result
-//! once. The error before rounding is less than 2^-60 of the result, so that it differs from the exact value by less
-//! than 0.51 units in the last place. Coefficients are quotients of integers.
+//! once. The error before rounding is less than 2^-60 of the result, so the rounded result differs from the exact value
+//! by less than 0.51 units in the last place. Coefficients are quotients of integers.
 //!
-//! The functions are written once, in C: `c/mathematics.h` goes into printed programs, and the macros below read it as
-//! Rust. Its expressions mean the same in both languages: no casts, no `?:`, no increments.
+//! The functions are written once, in C: `c/mathematics.h` is included in printed programs, and the macros below read
+//! it as Rust. Its expressions mean the same in both languages: no casts, no `?:`, no increments.
 
 #![allow(clippy::all, non_camel_case_types, unused_assignments, unused_mut, unused_parens)]
 
@@ -78,7 +78,7 @@ fn place_of(x: i64_t) -> size_t {
     x as size_t
 }
 
-/// The functions of a C text, each after a line with its name.
+/// Translates the functions of a C source, each after a heading line.
 macro_rules! from_c {
     ($(#$heading:ident static $result:ident $name:ident $parameters:tt $body:tt)*) => {
         $(function! { $result $name $parameters $body })*

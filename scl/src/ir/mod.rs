@@ -1,12 +1,12 @@
-//! The typed program, between compiler and back ends. `lower` and crate `laws` make it; [`machine`],
-//! [`c`] and `print` take it.
+//! The typed program, between compiler and back ends. `lower` and the crate `laws` build it; [`machine`], [`c`] and
+//! `print` process it.
 //!
-//! It knows neither SCL nor FMI. Every operation names the type in which it is computed, there are no implicit
-//! conversions, and all variables live in one block of bytes, so that a saved state is a copy of these bytes:
+//! It is independent of SCL and FMI. Every operation names the type in which it is computed, there are no implicit
+//! conversions, and all variables live in one block of bytes, so a saved state is a copy of these bytes:
 //!
 //! - [`Program::memory`] is a record with everything that persists between calls;
 //! - a [`Function`] works on its parameters and temporaries ([`Function::locals`]) and, if it belongs to a function
-//!   block, on an instance, which is a record somewhere in the memory.
+//!   block, on an instance, which is a record somewhere in memory.
 //!
 //! [`machine`]: crate::machine
 //! [`c`]: crate::c
@@ -35,7 +35,7 @@ pub struct Program {
     pub records: Vec<Record>,
     /// The record of everything that persists between calls: instances and global data.
     pub memory: usize,
-    /// The record of constants too large for an [`Expr::Const`], such as texts.
+    /// The record of constants too large for an [`Expr::Const`], such as strings.
     pub constants: usize,
     /// All functions, to which [`Call::function`] refers.
     pub functions: Vec<Function>,
@@ -43,20 +43,20 @@ pub struct Program {
     pub docs: Docs,
 }
 
-/// Documentation of a program's parts, for readers of the printed program. It has no influence on execution.
+/// Documentation of a program's parts, for readers of the printed program. It does not affect execution.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Docs {
-    /// The text before the program.
+    /// The text at the start of the program.
     pub head: String,
-    /// Texts for records, by index.
+    /// The text for each record, by index.
     pub records: BTreeMap<usize, String>,
-    /// Texts for members, by record and member index.
+    /// The text for each member, by record and member index.
     pub members: BTreeMap<(usize, usize), String>,
-    /// Texts for functions, by index.
+    /// The text for each function, by index.
     pub functions: BTreeMap<usize, String>,
     /// Functions of blocks not written in SCL: the budget does not count their statements.
     pub natives: BTreeSet<usize>,
-    /// For functions that are the law of a block, the function with the statements of that law ([`Program::add_law`]).
+    /// For each function that is the law of a block, the function with that law's statements ([`Program::add_law`]).
     pub laws: BTreeMap<usize, usize>,
     /// Declarations of members, by record and member index.
     pub declared: BTreeMap<(usize, usize), Declared>,
@@ -67,7 +67,7 @@ pub struct Docs {
 pub struct Declared {
     /// Its section: who sets and who reads it.
     pub section: Section,
-    /// The elementary type, or that of its elements, if it is more specific than [`Type`], such as TIME or WORD.
+    /// The elementary type of the member or its elements if it is more specific than [`Type`], such as TIME or WORD.
     pub of: Option<Kind>,
 }
 
@@ -82,7 +82,7 @@ pub enum Section {
     InOut,
     /// It is internal to the block.
     Static,
-    /// A value for the host of an FMU that the PLC block does not have.
+    /// A value for an FMU's host, which the block in the PLC does not have.
     Host,
 }
 
@@ -119,7 +119,7 @@ pub enum Type {
         /// The lower and upper bound of each dimension.
         bounds: Vec<(i32, i32)>,
     },
-    /// An array whose caller passes the bounds; only as a parameter passed by reference.
+    /// An array whose bounds the caller passes; only for a parameter passed by reference.
     Open {
         /// The type of its elements.
         of: Box<Type>,
@@ -177,7 +177,7 @@ pub struct Local {
     pub name: String,
     /// Its type.
     pub ty: Type,
-    /// Whether it refers to a variable of the caller; only for parameters, and always for a [`Type::Open`].
+    /// Whether it refers to a variable of the caller; only for parameters, always for a [`Type::Open`].
     pub by_reference: bool,
 }
 
@@ -204,13 +204,13 @@ pub struct Statement {
 pub enum What {
     /// Stores a number.
     Assign(Place, Expr),
-    /// Copies a structure or array of the same size, or a text, which is truncated to the capacity: target, source.
+    /// Copies a structure or array of the same size, or a string truncated to the capacity: target, source.
     Copy(Place, Place),
     /// Calls a function.
     Call(Call),
     /// Runs the first list if the condition is TRUE, else the second.
     If(Expr, Vec<Statement>, Vec<Statement>),
-    /// Runs the first arm that has the value of an integer, or the statements after the arms if none has it.
+    /// Runs the first arm that matches an integer, or the last statements if none does.
     Case(Expr, Vec<Arm>, Vec<Statement>),
     /// A loop that tests its condition before each iteration.
     While(Expr, Vec<Statement>),
@@ -276,7 +276,7 @@ pub struct Call {
 pub enum Argument {
     /// A number.
     Value(Expr),
-    /// A copy of a structure, an array or a text.
+    /// A copy of a structure, an array or a string.
     Copy(Place),
     /// A reference to a variable.
     Reference(Place),
@@ -311,9 +311,9 @@ pub enum Base {
 pub enum Step {
     /// To a member of a record, by number.
     Member(usize),
-    /// To an element of an array, with an integer index for each dimension, or to a character of a text, from 1.
+    /// To an element of an array, with an integer index for each dimension, or to a character of a string, from 1.
     Index(Vec<Expr>, At),
-    /// To the length of a text, a `U16`. A length beyond the capacity counts as the capacity.
+    /// To the length of a string, a `U16`. A length beyond the capacity counts as the capacity.
     Length,
 }
 
@@ -335,11 +335,11 @@ pub enum Expr {
     Select(Scalar, Box<[Expr; 3]>),
     /// The median of `[lowest, number, highest]`; the number itself if lowest is above highest.
     Limit(Scalar, Box<[Expr; 3]>),
-    /// A lexicographic comparison of two texts by character code.
+    /// A lexicographic comparison of two strings by character code.
     Texts(Binary, Place, Place),
     /// Whether two structures or arrays of the same type are equal.
     Same(Place, Place),
-    /// The lower or upper bound of a dimension (from 0) of an array with bounds from the caller; an `I32`.
+    /// The lower or upper bound of a dimension (from 0) of an array whose bounds the caller passes; an `I32`.
     Bound {
         /// The parameter.
         local: usize,
@@ -422,7 +422,7 @@ pub enum Binary {
     Min,
     /// The maximum; a if neither is greater.
     Max,
-    /// `a = b`; like all comparisons FALSE if one operand is NaN.
+    /// `a = b`; like all comparisons, FALSE if an operand is NaN.
     Eq,
     /// `a <> b`.
     Ne,
@@ -439,8 +439,9 @@ pub enum Binary {
 /// The mode of a conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convert {
-    /// By value: integers are extended by their own sign and then truncated to the low bits; a truth value is 0 or 1,
-    /// or the lowest bit; a floating-point number is rounded once, to an integer with ties to even.
+    /// By value: an integer is extended according to its own signedness, then truncated to the low bits; a truth value
+    /// becomes 0 or 1, and an integer's lowest bit becomes a truth value; a floating-point number is rounded once, to
+    /// an integer with ties to even.
     Value,
     /// From floating point to an integer, rounding towards 0.
     Trunc,
@@ -453,12 +454,12 @@ pub enum Convert {
 }
 
 impl Binary {
-    /// Whether this is a comparison, with a truth value as its result.
+    /// Whether this is a comparison, which results in a truth value.
     pub fn compares(self) -> bool {
         matches!(self, Binary::Eq | Binary::Ne | Binary::Lt | Binary::Le | Binary::Gt | Binary::Ge)
     }
 
-    /// Whether this is a shift or rotation, whose right operand is a number of bits, a `U32`.
+    /// Whether this is a shift or rotation, whose right operand is a number of bits as a `U32`.
     pub fn shifts(self) -> bool {
         matches!(self, Binary::Shl | Binary::Shr | Binary::Rol | Binary::Ror)
     }
@@ -480,7 +481,7 @@ impl Expr {
         }
     }
 
-    /// The value of an integer constant within bounds, which needs no check as an index.
+    /// The value of an integer constant within bounds, which needs no index check.
     pub(crate) fn constant_within(&self, (low, high): (i32, i32)) -> Option<i64> {
         let Expr::Const(value) = self else { return None };
         let number = value.bits() as i64;

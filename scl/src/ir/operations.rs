@@ -1,8 +1,8 @@
 //! The semantics of each operation: the only place that defines the CPU's arithmetic.
 //!
-//! A number is 64 bits ([`Scalar::of_bits`]).
+//! A number is represented by 64 bits ([`Scalar::of_bits`]).
 
-// A macro generates each operation for all integer types; for some of them a cast or a comparison is redundant.
+// A macro generates each operation for all integer types; for some of these, a cast or a comparison is redundant.
 #![allow(unused_comparisons, clippy::unnecessary_cast, clippy::absurd_extreme_comparisons)]
 
 use super::{Binary, Convert, Scalar, Unary, Value, mathematics};
@@ -126,7 +126,7 @@ impl Unary {
         })
     }
 
-    /// Functions that are not exact are computed in binary64 and rounded once.
+    /// Inexact functions are computed in binary64 and rounded once.
     fn of_f32(self) -> Option<One> {
         Some(match self {
             Unary::Neg => |a| bits32(-f32_of(a)),

@@ -1,4 +1,4 @@
-//! Prints typed programs as text, for comparing blocks, for tests, and for debugging.
+//! Prints typed programs as text, for comparing blocks, testing and debugging.
 
 use super::{
     Argument, Base, Binary, Body, Call, Convert, Expr, Function, Member, Place, Program, Statement, Step, Type, What,

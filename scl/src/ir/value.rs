@@ -166,7 +166,7 @@ impl Value {
     /// Reads a number from the first bytes, in little-endian order.
     ///
     /// # Panics
-    /// There are fewer bytes than the type has.
+    /// There are fewer bytes than the type needs.
     pub fn read(ty: Scalar, bytes: &[u8]) -> Value {
         let mut all = [0; 8];
         all[..ty.size()].copy_from_slice(&bytes[..ty.size()]);
@@ -176,7 +176,7 @@ impl Value {
     /// Writes the number to the first bytes, in little-endian order.
     ///
     /// # Panics
-    /// There are fewer bytes than the type has.
+    /// There are fewer bytes than the type needs.
     pub fn write(self, bytes: &mut [u8]) {
         let size = self.ty.size();
         bytes[..size].copy_from_slice(&self.bits.to_le_bytes()[..size]);

@@ -3,7 +3,8 @@
 use super::{Argument, Body, Call, Expr, Place, Program, Statement, Step, What};
 use std::collections::BTreeSet;
 
-/// Defines a visitor, and the walk that shows it all parts: with `iter` shared, with `iter_mut, mut` to change them.
+/// Defines a visitor and the functions that walk it through all parts: read-only with `iter`, mutable with
+/// `iter_mut, mut`.
 macro_rules! walk {
     ($Look:ident, $iter:ident $(, $mut:ident)?) => {
         /// A visitor. Each part is visited before its own parts.
@@ -105,7 +106,7 @@ macro_rules! walk {
 
 walk!(Look, iter);
 
-/// The same walk over parts that are to be changed.
+/// The same walk with mutable parts.
 pub(crate) mod change {
     use super::{Argument, Call, Expr, Place, Statement, Step, What};
 
@@ -136,7 +137,7 @@ pub(crate) fn call_runs_statements(it: &Call) -> bool {
     runs.0
 }
 
-/// Whether a statement, nested ones included, satisfies the predicate.
+/// Whether any statement, including nested ones, satisfies the predicate.
 pub(crate) fn any(list: &[Statement], is_one: fn(&What) -> bool) -> bool {
     struct Finds(bool, fn(&What) -> bool);
     impl Look for Finds {
@@ -149,7 +150,7 @@ pub(crate) fn any(list: &[Statement], is_one: fn(&What) -> bool) -> bool {
     finds.0
 }
 
-/// Shows all calls in statements.
+/// Calls `show` for each call in a list of statements.
 pub(crate) fn each_call(list: &[Statement], show: &mut dyn FnMut(&Call)) {
     struct Calls<'s>(&'s mut dyn FnMut(&Call));
     impl Look for Calls<'_> {
@@ -160,7 +161,7 @@ pub(crate) fn each_call(list: &[Statement], show: &mut dyn FnMut(&Call)) {
     statements(list, &mut Calls(show));
 }
 
-/// The given functions and everything they call, callees first. A native function calls the law that was added for it.
+/// The given functions and everything they call, callees first. A native function calls the law added for it.
 pub(crate) fn reached(program: &Program, functions: &[usize]) -> Vec<usize> {
     fn add(program: &Program, number: usize, done: &mut BTreeSet<usize>, into: &mut Vec<usize>) {
         if !done.insert(number) {

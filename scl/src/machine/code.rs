@@ -4,7 +4,7 @@ use crate::ir::operations::{One, OneChecked, Three, Two, TwoChecked};
 use crate::ir::{At, Binary, Scalar};
 use std::collections::BTreeMap;
 
-/// A register. Each function has its own registers, above those of all functions that it calls.
+/// A register. Each function has its own registers, above those of all the functions it calls.
 pub(crate) type Register = u16;
 
 /// The index of an instruction.
@@ -158,7 +158,7 @@ pub(crate) enum Op {
         from: u32,
         size: u32,
     },
-    /// Copies a text, truncated to the capacity.
+    /// Copies a string, truncated to the capacity.
     CopyText {
         to: Register,
         from: Register,
@@ -166,7 +166,7 @@ pub(crate) enum Op {
         from_capacity: u16,
         wide: bool,
     },
-    /// Compares two texts.
+    /// Compares two strings.
     CompareText {
         op: Binary,
         to: Register,
@@ -268,28 +268,28 @@ pub(crate) struct Bounds {
     pub stride: u64,
 }
 
-/// A part to be compared: consecutive numbers, or a text, within a structure.
+/// A part to compare: consecutive numbers, or a string, within a structure.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Part {
     Numbers { ty: Scalar, offset: u32, count: u32 },
     Text { offset: u32, capacity: u16, wide: bool },
 }
 
-/// The law of a block, given the bytes of an instance and a buffer to store it; `false` if the bytes are not a valid
-/// state of the block.
+/// Runs a block's law on the bytes of an instance, with a buffer for its stored state; returns `false` if the bytes
+/// are not a valid state of the block.
 pub(crate) type Native = fn(&mut [u8], &mut Vec<u8>) -> bool;
 
-/// A compiled program. Many machines can run it.
+/// A compiled program, which any number of machines can run.
 #[derive(Default)]
 pub struct Code {
     pub(crate) ops: Vec<Op>,
     /// The source line of each instruction.
     pub(crate) lines: Vec<At>,
-    /// The texts of possible warnings, by instruction.
+    /// The messages of possible warnings, by instruction.
     pub(crate) warnings: BTreeMap<Target, String>,
     /// The first instruction of each function.
     pub(crate) entries: Vec<Target>,
-    /// Whether each function can be called from outside, that is has neither parameters nor an instance.
+    /// Whether each function can be called from outside: it has neither parameters nor an instance.
     pub(crate) callable: Vec<bool>,
     pub(crate) files: Vec<String>,
     pub(crate) bounds: Vec<Bounds>,

@@ -1,5 +1,5 @@
-//! Runs programs. Takes a typed [`Program`], compiles it to [`Code`] once, and gives any number of [`Machine`]s, each
-//! with a memory of its own. A call allocates nothing.
+//! Runs programs. A typed [`Program`] is compiled once to [`Code`], which any number of [`Machine`]s can run, each with
+//! its own memory. A call allocates nothing.
 //!
 //! [`Program`]: crate::ir::Program
 
@@ -25,14 +25,14 @@ pub struct Machine {
     registers: Box<[u64]>,
     /// The stack of return addresses.
     returns: Vec<u32>,
-    /// A buffer in which a block is stored.
+    /// A buffer for the stored state of a block.
     room: Vec<u8>,
-    /// Which runs of statements have been executed.
+    /// Whether each run of statements has been executed.
     covered: Vec<bool>,
     /// The instructions that have already issued a warning.
     warned: BTreeSet<u32>,
     warnings: Vec<Warning>,
-    /// The locals of functions, if they are to be kept.
+    /// The kept locals of functions, after [`Machine::keep_locals`].
     kept: Option<Kept>,
     /// The statement budget: the maximum number of statements in a call.
     pub budget: u32,
@@ -44,20 +44,20 @@ type Kept = BTreeMap<(usize, u64), Vec<u64>>;
 /// An irregularity that a PLC tolerates; reported once per source location.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// The name of the file.
+    /// The name of the source file.
     pub file: String,
-    /// The line in it.
+    /// The line in the file.
     pub line: u32,
     /// A one-sentence description.
     pub message: String,
 }
 
-/// The reason why a call was aborted. The memory is as it was before the call.
+/// The reason a call was aborted. Memory is left as it was before the call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stop {
-    /// The name of the file.
+    /// The name of the source file.
     pub file: String,
-    /// The line in it.
+    /// The line in the file.
     pub line: u32,
     /// The cause.
     pub cause: Cause,
@@ -75,7 +75,7 @@ pub enum Cause {
         /// The upper bound.
         high: i64,
     },
-    /// The statement budget, which was exceeded.
+    /// The statement budget that was exceeded.
     Budget(u32),
     /// A FOR loop with step 0.
     Step,
@@ -110,7 +110,7 @@ impl Machine {
     /// The default statement budget of a call (see [`Machine::budget`]).
     pub const BUDGET: u32 = 1_000_000;
 
-    /// Creates a machine whose memory has the start values of the program.
+    /// Creates a machine with the program's start values in memory.
     pub fn new(code: Arc<Code>) -> Machine {
         Machine {
             memory: code.start.clone(),
@@ -150,9 +150,9 @@ impl Machine {
         done
     }
 
-    /// The state that the program keeps between calls. Any bytes of this length may be written to it: a value that a
-    /// type does not have, such as 2 for a BOOL, is taken as one of its values or stops the next call of a block that
-    /// is not written in SCL.
+    /// The state that the program keeps between calls. Any bytes of this length may be written to it: a value that is
+    /// invalid for its type, such as 2 for a BOOL, is read as a valid one or stops the next call of a block that is
+    /// not written in SCL.
     pub fn state(&self) -> &[u8] {
         &self.memory[..self.code.state]
     }
@@ -165,7 +165,7 @@ impl Machine {
     /// Reads a number from memory.
     ///
     /// # Panics
-    /// It lies outside of the memory.
+    /// The number lies outside memory.
     pub fn get(&self, ty: Scalar, offset: usize) -> Value {
         Value::read(ty, &self.state()[offset..])
     }
@@ -173,19 +173,19 @@ impl Machine {
     /// Writes a number to memory.
     ///
     /// # Panics
-    /// It lies outside of the memory.
+    /// The number lies outside memory.
     pub fn set(&mut self, value: Value, offset: usize) {
         value.write(&mut self.state_mut()[offset..]);
     }
 
     /// The value of a numeric local at the end of the last call. Meaningful only for a function that runs once per call
-    /// and is called by the entry function alone: other functions reuse its registers.
+    /// and is called only by the entry function: other functions reuse its registers.
     pub fn local(&self, function: usize, local: usize, ty: Scalar) -> Option<Value> {
         let register = (*self.code.locals.get(function)?.get(local)?)?;
         Some(Value::new(ty, *self.registers.get(usize::from(register))?))
     }
 
-    /// Keeps the locals of all functions from now on when they return, which takes a little time.
+    /// From now on, keeps the locals of every function when it returns; this takes a little time.
     pub fn keep_locals(&mut self) {
         self.kept.get_or_insert_default();
     }

@@ -169,7 +169,7 @@ fn keep(code: &Code, registers: &[u64], op: u32, kept: &mut Kept) {
     values.extend(code.locals[*function].iter().map(|register| value(*register)));
 }
 
-/// Copies and comparisons of whole variables.
+/// Copies or compares whole variables.
 fn whole(op: Op, code: &Code, memory: &mut [u8], registers: &mut [u64]) {
     let address = |register: Register| registers[usize::from(register)] as usize;
     match op {
@@ -225,7 +225,7 @@ impl Code {
     }
 }
 
-/// Reports the warning of an instruction, unless already reported.
+/// Reports the warning of an instruction unless it has already been reported.
 #[cold]
 fn warn(code: &Code, warned: &mut BTreeSet<u32>, warnings: &mut Vec<Warning>, op: u32) {
     if warned.insert(op) {
@@ -284,12 +284,12 @@ fn store(ty: Scalar, bits: u64, bytes: &mut [u8]) {
     }
 }
 
-/// The length of a text in characters.
+/// The length of a string in characters.
 fn length(text: &[u8], capacity: u16) -> usize {
     usize::from(u16::from_le_bytes([text[0], text[1]]).min(capacity))
 }
 
-/// The character codes of a text, in comparable form.
+/// The character codes of a string, as 16-bit numbers.
 fn characters(text: &[u8], capacity: u16, wide: bool) -> impl Iterator<Item = u16> {
     let length = length(text, capacity);
     let characters = &text[2..];

@@ -7,7 +7,7 @@ use crate::ir::{Body, Function, Kind, Section, Type, Value};
 use std::fmt::Write;
 
 impl<'a> Printer<'a> {
-    /// Prints the source's documentation of the whole program.
+    /// Prints the source's documentation of the program as a whole.
     pub(super) fn head(&mut self) {
         let head = self.program.docs.head.trim_end();
         if head.is_empty() {
@@ -305,7 +305,7 @@ impl<'a> Printer<'a> {
         found
     }
 
-    /// The members of the memory that functions use.
+    /// The members of memory that functions use.
     fn used_globals(&self) -> Vec<usize> {
         let mut used = Vec::new();
         for number in &self.facts.reached {
@@ -367,7 +367,7 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    /// The start values that declarations of a type express, as bytes.
+    /// The start values that the declarations of a type can express, as bytes.
     fn declared_start(&self, ty: &Type) -> Vec<u8> {
         let program = self.program;
         match ty {

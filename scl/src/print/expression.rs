@@ -149,8 +149,8 @@ impl Printer<'_> {
         }
     }
 
-    /// Prints expressions evaluated from left to right. A value that statements of a later one may change is saved
-    /// first; from index `together` on, constants are printed without a type if another expression has one.
+    /// Prints expressions, evaluated from left to right. A value that statements in a later expression may change is
+    /// saved first. From index `together` on, constants are printed without a type if another expression has one.
     pub(super) fn list(
         &mut self,
         list: &[(&Expr, Elementary)],
@@ -335,7 +335,7 @@ impl Printer<'_> {
         of.filter(|of| of.is_whole()).unwrap_or(default)
     }
 
-    /// The call whose value an expression is, if the call can be printed inside the expression.
+    /// The call that returns an expression's value, if it can be printed inside the expression.
     fn value_call<'e>(&self, before: &'e [Statement], value: &Expr) -> Option<&'e Call> {
         let [Statement { what: What::Call(call), .. }] = before else { return None };
         let Expr::Load(_, taken) = value else { return None };
@@ -378,7 +378,7 @@ impl Printer<'_> {
                 return false;
             }
             let Some(call) = self.value_call(before, value) else { return true };
-            // Statements for its arguments come first, too.
+            // Statements for its arguments also come first.
             call.arguments.iter().any(|argument| matches!(argument, Argument::Value(value) if self.hoists(value)))
         })
     }

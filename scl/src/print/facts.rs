@@ -30,7 +30,7 @@ pub(super) struct Facts {
     pub blocks: BTreeMap<usize, usize>,
     /// The type names of records that exist in the CPU or its libraries, by record.
     pub systems: BTreeMap<usize, String>,
-    /// Those system records that serve several kinds of blocks.
+    /// The system records shared by several kinds of blocks.
     pub general: BTreeSet<usize>,
     /// The locals copied out by calls, by function.
     pub outs: BTreeMap<usize, BTreeSet<usize>>,
@@ -40,8 +40,8 @@ pub(super) struct Facts {
     pub members: BTreeMap<usize, BTreeMap<Vec<usize>, bool>>,
 }
 
-/// The program without values for an FMU's host, with methods inlined that cannot become functions; and the facts about
-/// it.
+/// The program without values for an FMU's host and with the methods inlined that cannot become functions, and the
+/// facts about it.
 pub(super) fn prepared(program: &Program, roots: &[usize], dialect: Dialect) -> Result<(Program, Facts), String> {
     let mut program = program.clone();
     drop_host_values(&mut program);
@@ -90,7 +90,7 @@ fn facts(program: &Program, roots: &[usize], dialect: Dialect) -> Result<Facts, 
                 if let Some(other) = facts.systems.insert(record, name.clone())
                     && other != name
                 {
-                    // One record for several kinds: a variable has the generic type, and each call names the kind.
+                    // One record for several kinds: a variable has the general type, and each call names the kind.
                     let of = if name.ends_with("_LTIME") { "IEC_LTIMER" } else { "IEC_TIMER" };
                     let is_timer = is_timer(&function.name);
                     facts.systems.insert(record, if is_timer { of.to_string() } else { other });
@@ -168,12 +168,12 @@ fn members(program: &Program, facts: &Facts, function: &Function, dialect: Diale
     used
 }
 
-/// Whether a place is the function's whole instance.
+/// Whether a place is the function's entire instance.
 pub(super) fn is_self(place: &Place) -> bool {
     place.base == Base::Instance && place.steps.is_empty()
 }
 
-/// Whether a place is a whole local.
+/// Whether a place is an entire local.
 pub(super) fn is_temporary(place: &Place) -> bool {
     matches!(place.base, Base::Local(_)) && place.steps.is_empty()
 }
@@ -266,7 +266,7 @@ fn inlined(program: &Program, list: Vec<Statement>, locals: &mut Vec<crate::ir::
     all
 }
 
-/// Whether a call is of a method on the same instance that uses inner instances and has no early exit.
+/// Whether this is the call of a method on the same instance that uses inner instances and has no early exit.
 fn can_be_inlined(program: &Program, call: &Call) -> bool {
     let callee = &program.functions[call.function];
     let (Some(record), Body::Code(body)) = (callee.instance, &callee.body) else { return false };

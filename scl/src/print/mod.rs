@@ -1,12 +1,12 @@
-//! From program to SCL. Takes a typed program; gives sources that TIA Portal or STEP 7 compiles, with the program's
-//! names, order and comments.
+//! From program to SCL: prints a typed program as sources for TIA Portal or STEP 7, with the program's names, order and
+//! comments.
 //!
-//! Recompiled with [`compile`](crate::compile()), a printed program gives the same results to the last bit. Where SCL
-//! has no notation for an operation, or the dialect lacks a type, the printer fails with its name instead of printing
-//! something nearly equivalent.
+//! A printed program, recompiled with [`compile`](crate::compile()), produces the same results to the last bit. Where
+//! SCL has no notation for an operation, or the dialect lacks a type, the printer fails and names it instead of
+//! printing something nearly equivalent.
 //!
-//! A record with a function called by others becomes a function block, any other record a type, a member of the memory
-//! a data block. A function block in a PLC has no methods: further functions on a record become functions that take
+//! A record with a function called by others becomes a function block, any other record a type, and a member of memory
+//! a data block. A function block in a PLC has no methods: further functions on a record become functions that receive
 //! what they read as inputs and what they write as in-out parameters.
 
 mod declaration;
@@ -72,10 +72,10 @@ const KEYWORDS: &str = "and any array at begin block_db block_fb block_fc block_
 const STANDARD: &str = "abs acos asin atan ceil cos deco enco exp expd floor frac limit ln log max min move mux rol ror round sel shl \
     shr sin sqr sqrt swap tan trunc";
 
-/// Prints the given functions, their dependencies, and the data blocks that they use.
+/// Prints the given functions, their dependencies, and the data blocks they use.
 ///
 /// # Errors
-/// The dialect cannot express a part of the program, which the message names.
+/// The dialect cannot express a part of the program; the message names it.
 pub fn print(program: &Program, roots: &[usize], dialect: Dialect) -> Result<String, String> {
     let (program, facts) = facts::prepared(program, roots, dialect)?;
     let mut printer = Printer::new(&program, &facts, dialect);
@@ -93,11 +93,11 @@ struct Printer<'a> {
     facts: &'a Facts,
     dialect: Dialect,
     text: String,
-    /// The names of records, functions and members of the memory.
+    /// The names of records, functions and members of memory.
     records: Vec<String>,
     functions: Vec<String>,
     globals: Vec<String>,
-    /// The name of the data block for the members of the memory that are not structures.
+    /// The name of the data block for members of memory that are not structures.
     loose: String,
     /// The names used in each function: its locals and the parts of its instance.
     interfaces: BTreeMap<usize, Interface>,
@@ -159,7 +159,7 @@ fn declared(ty: Scalar, of: Option<Kind>) -> Elementary {
     of.filter(|of| of.scalar() == ty && of.class() != Class::Date).unwrap_or(natural(ty))
 }
 
-/// Unique names, ignoring case, made of ASCII letters, digits and underscores.
+/// Unique names, ignoring case, consisting of ASCII letters, digits and underscores.
 fn names<'a>(of: impl IntoIterator<Item = &'a str>, taken: &[String], most: usize) -> Vec<String> {
     names_of(of, taken, most, Notation::Bare)
 }
@@ -171,7 +171,7 @@ enum Notation {
     Bare,
     /// In quotation marks: it may be a reserved word.
     Quoted,
-    /// In quotation marks of TIA Portal, which hold any name.
+    /// In TIA Portal's quotation marks, which allow any name.
     Any,
 }
 
@@ -207,7 +207,7 @@ fn names_of<'a>(
     all
 }
 
-/// A name of ASCII letters, digits and underscores.
+/// A name consisting of ASCII letters, digits and underscores.
 fn ascii(name: &str, most: usize, is_bare: bool) -> String {
     let mut name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     name = name.trim_matches('_').replace("__", "_");
@@ -256,7 +256,7 @@ impl<'a> Printer<'a> {
         let members = program.records[program.memory].members.iter().map(|member| member.name.as_str());
         let globals = names_of(members, &taken, most, notation);
         taken.extend(globals.iter().cloned());
-        // The type of a data block's own members has the name of the data block in the program.
+        // In the program, the type of a data block's own members has the same name as the data block.
         let rest: Vec<usize> = (0..program.records.len()).filter(|record| records[*record].is_empty()).collect();
         let more = names_of(rest.iter().map(|record| program.records[*record].name.as_str()), &taken, most, notation);
         for (record, name) in rest.iter().zip(&more) {

@@ -86,7 +86,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The constant text at a place, if there is one.
+    /// The literal of the constant string at a place, if there is one.
     pub(super) fn constant_text(&self, place: &Place) -> Option<String> {
         let (Base::Constants, [Step::Member(number)]) = (place.base, place.steps.as_slice()) else { return None };
         let record = &self.program.records[self.program.constants];

@@ -6,7 +6,7 @@ use crate::check::types::Elementary;
 use crate::ir::{Argument, Base, Call, Expr, For, Place, Section, Statement, Step, Type, Value, What};
 
 impl Printer<'_> {
-    /// Adds a line to the function.
+    /// Adds a line to the function, broken if it is too wide.
     pub(super) fn line(&mut self, text: &str) {
         let indent = 4 * self.scope.indent;
         let mut rest = text;
@@ -14,7 +14,7 @@ impl Printer<'_> {
         loop {
             let space = indent + if first { 0 } else { 8 };
             let room = WIDTH.saturating_sub(space);
-            // A comment must not be broken: it ends with its line.
+            // A comment must not be broken: it ends at the end of its line.
             let breaks = |(at, _): (usize, &str)| Some(at).filter(|at| *at > 0 && *at < room);
             let end = if rest.len() <= room || rest.starts_with("//") || rest.contains('\'') {
                 None
@@ -77,7 +77,8 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// The number of statements that set inputs of an instance and then call it, and the call.
+    /// The call of an instance at the start of a list, after assignments to its inputs, and the number of statements
+    /// including the call.
     fn supplied<'s>(&self, list: &'s [Statement]) -> Option<(usize, &'s Call)> {
         let at = list.iter().position(|statement| !matches!(statement.what, What::Assign(..)))?;
         let What::Call(call) = &list[at].what else { return None };
@@ -242,7 +243,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Prints the call of a function block, with the inputs set by these statements as arguments.
+    /// Prints the call of a function block, with the inputs that these statements set as arguments.
     fn call_block(&mut self, inputs: &[Statement], call: &Call) -> Result<(), String> {
         let Some(instance) = &call.instance else {
             return Err("a function block is called on an instance".to_string());

@@ -154,7 +154,7 @@ impl Compiler<'_> {
         Ok(registers[0])
     }
 
-    /// The addresses and capacities of two texts, and whether they are wide.
+    /// The addresses and capacities of two strings, and whether they are wide.
     #[allow(clippy::type_complexity)]
     fn texts(
         &mut self,

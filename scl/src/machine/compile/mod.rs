@@ -268,7 +268,7 @@ impl<'a> Compiler<'a> {
             }
         }
         if count > 0 {
-            // The numeric locals are in consecutive registers, since there are no parameters among them.
+            // The numeric locals have consecutive registers, because there are no parameters among them.
             self.emit(scope, Op::Clear { from: first, count });
         }
     }
@@ -398,7 +398,7 @@ fn wrong_type(expected: impl std::fmt::Display, found: impl std::fmt::Display) -
     format!("expected {expected}, found {found}")
 }
 
-/// The text of an operation's warning.
+/// The warning message of an operation.
 fn warning(by_zero: bool, ty: Scalar) -> String {
     match (by_zero, ty.is_float()) {
         (true, false) => "division by 0: the result is 0".to_string(),

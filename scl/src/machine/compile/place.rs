@@ -50,7 +50,7 @@ impl Compiler<'_> {
         Ok((location, ty))
     }
 
-    /// Compiles an element of an array, or a character of a text.
+    /// Compiles an array element or a character of a string.
     fn element(
         &mut self,
         scope: &mut Scope,
@@ -149,7 +149,7 @@ impl Compiler<'_> {
         Ok(to)
     }
 
-    /// Computes an address into a register.
+    /// Computes an address and stores it in a register.
     pub(super) fn address_to(&mut self, scope: &Scope, (base, offset): (Register, usize), to: Register) {
         self.emit(scope, Op::Address { to, base, offset: offset as u32 });
     }

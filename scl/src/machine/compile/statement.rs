@@ -76,7 +76,7 @@ impl Compiler<'_> {
                 self.here(scope, again);
                 self.unless(scope, condition, end)?;
                 self.looped(scope, body, (end, next))?;
-                // Every way back passes the instruction that checks the budget.
+                // Every jump back goes through the instruction that checks the budget.
                 self.here(scope, next);
                 self.emit(scope, Op::Back { to: again as Target });
                 self.here(scope, end);
@@ -213,8 +213,8 @@ impl Compiler<'_> {
         if call.arguments.len() != callee.parameters {
             return Err(format!("{} has {} parameters", callee.name, callee.parameters));
         }
-        // All arguments are evaluated before the first parameter is written: an argument, or an index in the place of a
-        // variable or output, may call the same function or another one that uses the same registers.
+        // All arguments are evaluated before the first parameter is written: an argument, or an index in a variable or
+        // output, may call the same function or another one that uses the same registers.
         let apart = call_runs_statements(call);
         let mut passed = Vec::new();
         for ((argument, local), home) in call.arguments.iter().zip(&callee.locals).zip(&homes) {
@@ -250,7 +250,7 @@ impl Compiler<'_> {
                 (Argument::Start, Home::Memory(to), _) => self.start_values(scope, *to, &local.ty),
                 (_, Home::Memory(to), Some((_, ty))) => {
                     if matches!(local.ty, Type::Text { .. }) {
-                        // Bytes beyond the text must not remain from an earlier call.
+                        // No bytes beyond the string may remain from an earlier call.
                         self.start_values(scope, *to, &local.ty);
                     }
                     let to = self.address_of(scope, (0, *to))?;
@@ -328,7 +328,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// Compiles statements that start a new run.
+    /// Compiles statements, starting a new run.
     fn block(&mut self, scope: &mut Scope, list: &[Statement]) -> Result<(), String> {
         scope.run = None;
         self.statements(scope, list)?;
