@@ -1,7 +1,8 @@
-//! Instances of one block that make the same ordinary steps side by side: one of each of several runs, which differ in their values.
+//! Instances of one block stepped side by side: one from each of several runs, which make the same ordinary steps with
+//! different values.
 //!
-//! What a step costs beside the law is done once for all of them: their clocks show the same, so one goes for all, and a variable is
-//! found once and read from all blocks.
+//! The overhead of a step is paid only once: all clocks are equal, so one serves for all, and each variable is looked
+//! up once and read from all blocks.
 
 use crate::linked::Instance;
 use blocks::table::abreast::{self, LANES, Reader, Writer};
@@ -11,10 +12,11 @@ use fmu::clock::Clock;
 use run::component::{Abreast, Wiring};
 use std::any::Any;
 
-/// Fewer instances are faster one by one: side by side, lanes cost the same whether something is in them or not.
+/// Fewer instances are faster one by one: side by side, empty lanes cost as much as used ones.
 const FEWEST: usize = 4;
 
-/// Combines instances; `None` if their next step is not the same ordinary one, or a variable cannot be read or set together.
+/// Combines instances; `None` if they do not all make the same ordinary step next, or a variable cannot be read or set
+/// side by side.
 pub(crate) fn combine<'a, B: Block, G: abreast::Abreast<B>>(
     instances: Vec<&'a mut dyn Any>,
     wiring: &Wiring,
@@ -43,13 +45,13 @@ pub(crate) fn combine<'a, B: Block, G: abreast::Abreast<B>>(
 
 struct Group<'a, B, G> {
     parts: Vec<(&'a mut B, &'a mut Clock)>,
-    /// What all blocks are in the end.
+    /// The state of all blocks, copied back at the end.
     blocks: G,
-    /// What all clocks show in the end.
+    /// The common clock, copied back to all parts at the end.
     clock: Clock,
-    /// What writes the connected inputs, and where their values are in those of a run.
+    /// Writers of the connected inputs, each with the index of its value among those of a run.
     inputs: Vec<(Writer<G>, usize)>,
-    /// What reads what others need, and where it goes.
+    /// Readers of the outputs that other members need, each with the index at which its value is stored.
     outputs: Vec<(Reader<G>, usize)>,
 }
 
@@ -78,8 +80,9 @@ impl<B: Block, G: abreast::Abreast<B>> Abreast for Group<'_, B, G> {
     }
 }
 
-/// Makes a call of each block. It is compiled for each of these sets of vector instructions, and for none of them; the first that the
-/// processor has is called. The operations are the same (nothing is fused), so the bits are.
+/// Calls each block once. The function is compiled for each of these vector instruction sets and for the baseline; the
+/// first version that the processor supports is used. The operations are the same (none are fused), and so are the
+/// bits.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn call<B: Block, G: abreast::Abreast<B>>(blocks: &mut G) {
     blocks.each(

@@ -1,4 +1,4 @@
-//! How a controller and a plant are connected: a proposal, with the reason for each connection.
+//! Proposes how to connect a controller and a plant, with the reason for each connection.
 //!
 //! A known loop of the same two FMUs is used unchanged, unless the controller's settings leave its inputs without
 //! effect. Otherwise, variables are matched by their roles in a loop, then by equal names, then by a unit that only one
@@ -140,7 +140,7 @@ fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
 #[derive(Default)]
 struct Draft {
     proposal: Proposal,
-    /// Variables that belong together but do not fit, and the message if nothing else is connected to the input.
+    /// Inputs whose matching output does not fit, with the message to show if nothing else is connected to the input.
     misfits: Vec<Open>,
 }
 
@@ -274,7 +274,7 @@ fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, propos
 
 fn by_roles(controller: &End, plant: &End, proposal: &mut Draft) {
     let (own, of_plant) = (&controller.description.roles, &plant.description.roles);
-    // Together, they would drive the plant twice.
+    // Connecting both the manipulated value and the pulses would drive the plant twice.
     if own.pulses.is_empty() || of_plant.pulses.is_empty() {
         if let (Some(output), Some(input)) = (&own.manipulated_value, &of_plant.manipulated_value) {
             connect(controller, output, plant, input, "both are the manipulated value", proposal);
@@ -351,7 +351,7 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
     open.sort_unstable();
     open.dedup();
     let nothing = open.into_iter().map(|input| Open { text: format!("nothing is connected to {input}"), input });
-    // Another input of the controller may take the process value, such as an analog word.
+    // Another input of the controller, such as an analog word, may receive the process value.
     let from_other = |full: &str| own_name(full, &controller.member.name).is_some() && proposal.goes_from(plant);
     let misfits = proposal.misfits.iter().filter(|Open { input, .. }| !is_connected(input) && !from_other(input));
     proposal.open = misfits.cloned().chain(nothing).collect();

@@ -133,7 +133,7 @@ fn foreign_groups(description: &modeldescription::Description) -> (Roles, Vec<Gr
 /// Decodes a parameter file in a message.
 ///
 /// # Errors
-/// The contents are not Base64 or too long, or the name is not that of a parameter file.
+/// The content is not Base64 or is too large, or the file does not have the extension of a parameter file.
 pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
     if file.content.len() / 4 * 3 > LARGEST {
         bail!("{} is larger than {} MiB: split it", file.file, LARGEST >> 20);
@@ -165,7 +165,7 @@ pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) ->
 /// Reads a parameter file. Problems with it are part of the answer.
 ///
 /// # Errors
-/// The contents are not Base64.
+/// The content is not Base64.
 pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     let refused = |message: String, help: Option<String>| Loops {
         loops: Vec::new(),
@@ -302,7 +302,7 @@ pub fn check(home: &dyn Home, fmu: &str, values: &Values) -> Result<Checked> {
     Ok(checked)
 }
 
-/// The value as rounded by the type, or what is wrong with it.
+/// Returns the value as rounded by the type, or the problem with it.
 fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Value) -> Result<f64, String> {
     let Some(variable) = variable else { return Err(format!("no variable {name:?}")) };
     if matches!(variable.role.as_str(), "output" | "local") {

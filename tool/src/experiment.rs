@@ -1,9 +1,9 @@
 //! Experiments with the running loop, each in one request: a step of the actuator in manual mode, and a relay.
 //!
-//! Both begin in the same way: the manual value is set to the present position of the actuator, the controller goes to
-//! manual mode, and calls are made until the process value is at rest. At the end the actuator returns, the plant
-//! follows, and mode and manual value are restored; the setpoint never changes. All actions are recorded like those of
-//! a user.
+//! Both begin in the same way: the manual value is set to the present position of the actuator, the controller is
+//! switched to manual mode, and calls are made until the process value is at rest. At the end the actuator returns, the
+//! plant follows, and mode and manual value are restored; the setpoint never changes. All actions are recorded like
+//! those of a user.
 
 use self::bench::Bench;
 use crate::describe::describe;
@@ -75,7 +75,7 @@ pub struct StepTest {
 pub struct StepTested {
     /// The state of the run after the test, with the previous mode, manual value and setpoint.
     pub state: State,
-    /// The time from which the plant was held, in seconds.
+    /// When the hold of the plant began, in seconds.
     pub from: f64,
     /// The last call used for identification, in seconds: later ones restore the loop.
     pub to: f64,
@@ -103,9 +103,9 @@ pub struct RelayTest {
 pub struct RelayTested {
     /// The state of the run after the test, with the previous mode, manual value and setpoint.
     pub state: State,
-    /// The time from which the plant was held, in seconds.
+    /// When the hold of the plant began, in seconds.
     pub from: f64,
-    /// Ultimate gain and period in seconds, as the rule of Ziegler and Nichols takes them.
+    /// Ultimate gain, and ultimate period in seconds: the inputs of the Ziegler–Nichols rule.
     pub ultimate: (f64, f64),
     /// The amplitude of the process value while the relay switches.
     pub swing: f64,
@@ -134,7 +134,7 @@ pub struct RestAt {
 pub struct Settle {
     /// The maximum number of calls, at least one.
     pub calls: usize,
-    /// The time from which it is watched, in seconds: when the user started it.
+    /// The time from which the loop is watched, in seconds: when the user started the run.
     pub from: f64,
 }
 
@@ -152,8 +152,8 @@ pub struct Settled {
 }
 
 /// Makes calls until process value and manipulated value are at rest since the user's last action, or oscillate
-/// steadily. In a loop without a known process value, such as a ramp before a drive, all recorded variables have to be
-/// at rest.
+/// steadily. In a loop without a known process value, such as a ramp before a drive, all recorded variables must be at
+/// rest.
 ///
 /// # Errors
 /// Zero or too many calls requested; the run has ended.
@@ -238,7 +238,7 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
         let (switch, process_value) = (name(switch), name(process_value));
         let mut values = session.state()?.values;
         if values.get(switch.as_str()) == Some(&Value::Boolean(true)) {
-            // A block that was never called has no process value yet.
+            // A block that has not been called has no process value yet.
             if session.record(None)?.calls() == 0 {
                 values = session.run(1)?.values;
             }
@@ -368,7 +368,7 @@ fn is_at_rest(values: &[f64], part: f64) -> bool {
 }
 
 /// Whether the last third of values that are roughly at rest stays within the resolution of the figures, or oscillates
-/// evenly around its mean: at a turning point it does neither. `all` are those of the run.
+/// evenly around its mean: at a turning point it does neither. `all` holds the values of the whole run.
 fn has_settled(values: &[f64], all: &[f64], grown: f64) -> bool {
     let last = &values[values.len() * 2 / 3..];
     let mean = mean(last);
@@ -380,8 +380,8 @@ fn has_settled(values: &[f64], all: &[f64], grown: f64) -> bool {
     values.is_empty() || is_even || width(last) <= unseen
 }
 
-/// Whether values that are roughly at rest oscillate by more than the noise and by a visible part of the range of `all`
-/// values of the run.
+/// Whether values that are roughly at rest oscillate by more than the noise and by a visible fraction of the range of
+/// `all`, the values of the run.
 fn swings(values: &[f64], all: &[f64]) -> bool {
     let magnitude = values.iter().fold(0.0_f64, |magnitude, value| magnitude.max(value.abs()));
     let unseen = (BAND * width(all)).max(SETTLED * magnitude).max(MOVED * noise(values));

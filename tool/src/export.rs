@@ -40,13 +40,13 @@ pub enum ExportRequest {
         #[serde(default)]
         stimuli: bool,
     },
-    /// An opened parameter file with the values of loops; everything else in it is preserved byte for byte.
+    /// An opened parameter file with new values for its loops; everything else in it is preserved byte for byte.
     Source {
-        /// The file as it was opened.
+        /// The file as opened.
         file: ReadFile,
         /// The loops of the file with changed values.
         loops: Vec<Loop>,
-        /// As for a new parameter file.
+        /// Whether the file contains the present stimuli, as for a new parameter file.
         #[serde(default)]
         stimuli: bool,
     },
@@ -56,7 +56,7 @@ pub enum ExportRequest {
         #[serde(default)]
         run: Option<usize>,
     },
-    /// A run as CSV, with every call that is still held.
+    /// A run as CSV, with every call that is still stored.
     Csv {
         /// The run; by default the present one.
         #[serde(default)]

@@ -21,7 +21,7 @@ pub trait Home: Fmus {
     /// The home's FMU of a block with other start values, as bytes.
     ///
     /// # Errors
-    /// No such FMU here, or a value does not fit.
+    /// The home has no such FMU, or a value does not fit.
     fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>>;
 
     /// How a PLC program is built from its sources; `None` for any other FMU.

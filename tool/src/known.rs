@@ -1,4 +1,4 @@
-//! Descriptions of loops: those of the crate `plants`, which are known to work, and files for `plcfmu run`.
+//! Descriptions of loops: those in the crate `plants`, which are known to work, and files for `plcfmu run`.
 
 use crate::message::{KnownLoop, MadeOf, Member, Program, Setup};
 use anyhow::{Context, Result, bail};
@@ -20,7 +20,8 @@ fn known(name: &str, text: &str) -> Result<KnownLoop> {
     Ok(KnownLoop { title: title.into(), about: about.into(), ..described(name, text)? })
 }
 
-/// A description of a loop, which is called `name` in errors. Its FMUs are named as their files, and its times begin at 0.
+/// Reads a description of a loop; errors call it `name`. Its FMUs are named after their files, and its times begin at
+/// 0.
 ///
 /// # Errors
 /// A problem with line and column; it has no FMU, or needs a parameter file.
@@ -50,7 +51,7 @@ pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     Ok(KnownLoop { title: name.clone(), name, about: String::new(), setup, stop, events, programs })
 }
 
-/// A member that is a program. A page knows files by their names alone.
+/// A member that is a program. A page identifies files by name only.
 fn made_of(member: String, mut program: Manifest) -> MadeOf {
     let own = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let sources = program.sources.iter().map(own).collect();

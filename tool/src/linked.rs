@@ -1,5 +1,5 @@
-//! An instance of a block or program that runs in this program, without a C interface. It makes the same checks as an
-//! instance behind one, with the same messages.
+//! An instance of a block or program that runs in this process, without a C interface. It performs the same checks as
+//! an instance called through one, with the same messages.
 
 use crate::abreast;
 use anyhow::{Context, Result, anyhow, ensure};
@@ -21,12 +21,12 @@ use std::ffi::c_int;
 /// An instance.
 pub struct Instance<B> {
     component: component::Component<B>,
-    /// Integers and Booleans in transit; kept, so that a step allocates nothing.
+    /// Buffers for Integers and Booleans; kept, so that a step allocates nothing.
     integers: Vec<c_int>,
     booleans: Vec<Boolean>,
-    /// The rows that are forced, with their values.
+    /// The forced rows, with their values.
     forced: Vec<(usize, Value)>,
-    /// Combines it with those of other runs.
+    /// Combines this instance with those of other runs.
     combine: Option<Combine>,
 }
 
@@ -74,25 +74,25 @@ impl<B: Cyclic> Instance<B> {
         if instance.may(&Function::fmi2DoStep).is_ok() { instance.ordinary_parts() } else { None }
     }
 
-    /// What the user should know of the last step although it succeeded.
+    /// Takes the advice for the user on the last step, which succeeded nevertheless.
     pub fn take_advice(&mut self) -> Vec<String> {
         std::mem::take(&mut self.component.advice)
     }
 
-    /// Makes a call like the C interface: only if the function may be called now.
+    /// Calls a function as the C interface does: only if it may be called now.
     fn call(
         &mut self,
         function: &Function,
         body: impl FnOnce(&mut component::Component<B>) -> Result<(), Refusal>,
     ) -> Result<()> {
         let done = self.component.instance.may(function).and_then(|()| body(&mut self.component));
-        // The message is the one that a host receives through the C interface.
+        // A host receives the same message through the C interface.
         done.map_err(|refusal| {
             anyhow!("{} returned {}: {}", function.name, status_name(refusal.answer()), refusal.reason())
         })
     }
 
-    /// Writes what is forced.
+    /// Writes the forced values.
     #[inline]
     fn hold(&mut self) {
         for (row, value) in &self.forced {
@@ -130,7 +130,7 @@ impl<B: Cyclic> Component for Instance<B> {
         if kind == Type::Real {
             return self.get(&Function::fmi2GetReal, references, values);
         }
-        // A single one needs no list.
+        // A single value needs no list.
         if let (Type::Integer, [_], [value]) = (kind, references, &mut *values) {
             let mut integer = [0];
             self.get(&Function::fmi2GetInteger, references, &mut integer)?;

@@ -6,9 +6,9 @@
 //! {"do": "start", "members": [{"name": "TIC101", "fmu": "PUMP", "values": {"GAIN": 2.0}}], "connections": []}
 //! ```
 //!
-//! An answer is `{"ok": ...}`, whose content depends on the request, or `{"error": {"message": ...}}`.
-//! A variable of a loop is named `MEMBER.VARIABLE`. Times are in seconds. A number that is not finite is the text `"NaN"`,
-//! `"inf"` or `"-inf"`. Bytes are Base64.
+//! An answer is `{"ok": ...}`, whose content depends on the request, or `{"error": {"message": ...}}`. A variable of a
+//! loop is named `MEMBER.VARIABLE`. Times are in seconds. A number that is not finite is the string `"NaN"`, `"inf"` or
+//! `"-inf"`. Bytes are Base64.
 
 use manifest::Manifest;
 use serde::{Deserialize, Serialize};
@@ -48,7 +48,7 @@ pub struct Entry {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct KnownLoop {
-    /// The name of its description, `furnace`.
+    /// The name of its description, such as `furnace`.
     pub name: String,
     /// Its title.
     pub title: String,
@@ -128,11 +128,11 @@ pub struct Description {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Variable {
-    /// Its name, `GAIN`.
+    /// Its name, such as `GAIN`.
     pub name: String,
-    /// A short text.
+    /// A short description.
     pub description: String,
-    /// Its PLC type, `REAL`; in a foreign FMU that of FMI, `Real`.
+    /// Its PLC type, such as `REAL`; in a foreign FMU its FMI type, such as `Real`.
     pub kind: String,
     /// `input`, `parameter`, `fixed`, `cycle`, `output`, `local`
     #[cfg_attr(test, ts(type = "\"input\" | \"parameter\" | \"fixed\" | \"cycle\" | \"output\" | \"local\""))]
@@ -187,7 +187,7 @@ pub struct Loop {
     pub name: String,
     /// Its title in the file.
     pub title: Option<String>,
-    /// Its block, the name of one in the catalogue.
+    /// The name of its block in the catalogue.
     pub block: String,
     /// The time between two calls.
     pub cycle: Option<f64>,
@@ -205,7 +205,7 @@ pub struct LoopValue {
     pub name: String,
     /// Its value.
     pub value: Value,
-    /// The origin of the value, `plant.awl:12:8`; `None` for the block's start value.
+    /// The origin of the value, such as `plant.awl:12:8`; `None` for the block's start value.
     pub origin: Option<String>,
     /// The value in the file, if it differs by now.
     #[serde(default)]
@@ -222,7 +222,7 @@ pub struct Problem {
     pub message: String,
     /// The remedy.
     pub help: Option<String>,
-    /// The user must choose the block whose parameters the file contains.
+    /// Whether the user must choose the block whose parameters the file contains.
     pub asks_for_block: bool,
 }
 
@@ -250,7 +250,7 @@ pub struct Remark {
     pub is_error: bool,
 }
 
-/// How a controller and a plant are connected.
+/// How to connect a controller and a plant.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Proposal {
@@ -263,7 +263,7 @@ pub struct Proposal {
     /// The communication step that goes with them; by default the controller's cycle.
     #[serde(default)]
     pub step: Option<f64>,
-    /// When values go from output to input, in the known loop on which the proposal is based.
+    /// When values pass from output to input, in the known loop on which the proposal is based.
     #[serde(default)]
     pub exchange: Exchange,
     /// Unconnected inputs that need a connection.
@@ -278,7 +278,7 @@ pub struct Proposal {
 pub struct Open {
     /// The input, `MEMBER.VARIABLE`.
     pub input: String,
-    /// A sentence on what is missing.
+    /// The problem, in a sentence.
     pub text: String,
 }
 
@@ -300,12 +300,12 @@ pub struct Wire {
 pub struct Setup {
     /// The FMUs, in the order in which they are stepped.
     pub members: Vec<Member>,
-    /// From an output to an input, both `MEMBER.VARIABLE`.
+    /// The connections, each from an output to an input, both `MEMBER.VARIABLE`.
     pub connections: Vec<(String, String)>,
     /// The communication step; by default the first member's cycle.
     #[serde(default)]
     pub step: Option<f64>,
-    /// When values go from output to input.
+    /// When values pass from output to input.
     #[serde(default)]
     pub exchange: Exchange,
 }
@@ -324,7 +324,8 @@ pub struct State {
     pub step: f64,
     /// The values of all variables in the row of the last call, by `MEMBER.VARIABLE`.
     pub values: Values,
-    /// The values after the last call, where members act in parallel: the outputs in its row are those of the call before.
+    /// The values after the last call if members act in parallel, where the outputs in the row are those of the
+    /// previous call.
     pub after: Option<Values>,
     /// The forced values, by `MEMBER.VARIABLE`.
     pub forced: Values,
@@ -354,19 +355,21 @@ pub struct View {
     pub to: Option<f64>,
     /// The maximum number of points.
     pub points: usize,
-    /// The variables to average, and over how many seconds, up to and including the call: for pulses, their period.
+    /// The variables to average, each with the number of seconds to average over, ending with the call itself: for
+    /// pulses, their period.
     #[serde(default)]
     pub means: Option<BTreeMap<String, f64>>,
 }
 
-/// Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its
-/// last one, with the lowest and the highest value of each variable in the group, in the order in which they occur.
+/// Curves: each row is a call. If they are not exact, each pair of rows represents a group of calls, at the times of
+/// its first and its last one, with the lowest and the highest value of each variable in the group, in the order in
+/// which they occur.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Curves {
     /// The times in seconds.
     pub times: Vec<f64>,
-    /// The values of each variable at these times; `null` is not a number; true is 1.
+    /// The values of each variable at these times; `null` stands for NaN; true is 1.
     #[cfg_attr(test, ts(type = "(number | null)[][]"))]
     pub values: Vec<Vec<f64>>,
     /// Their units.
@@ -436,7 +439,7 @@ pub struct FiguresRequest {
     pub run: Option<usize>,
     /// The beginning in seconds; by default that of the last step.
     pub from: Option<f64>,
-    /// The end in seconds; without it and without a beginning, that of the last step's window.
+    /// The end in seconds; if neither end nor beginning is given, that of the last step's window.
     pub to: Option<f64>,
     /// The unit of the process value, if its variable has none.
     pub unit: Option<String>,
@@ -444,7 +447,7 @@ pub struct FiguresRequest {
     pub travel_unit: Option<String>,
 }
 
-/// The test of a run with other settings.
+/// A run's test, repeated with other settings.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Tried {
@@ -454,7 +457,7 @@ pub struct Tried {
     pub figures: Option<Figures>,
 }
 
-/// The figures of a run, as far as its signals permit.
+/// The figures of a run that its signals permit.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Figures {
@@ -476,9 +479,9 @@ pub struct Figures {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Figure {
-    /// Its name, `settling`.
+    /// Its name, such as `settling`.
     pub key: String,
-    /// Its title, `Settling time`.
+    /// Its title, such as `Settling time`.
     pub title: String,
     /// A short description.
     pub meaning: String,

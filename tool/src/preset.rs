@@ -1,5 +1,5 @@
-//! Presets: FMUs of a block's library with their own start values, as the files in which they differ from the block's
-//! FMU.
+//! Presets: FMUs that have a block's library and their own start values, as the files in which they differ from the
+//! block's FMU.
 //!
 //! The caller handles the archive: the command, or the page, whose WebAssembly has no space for one.
 
@@ -29,7 +29,7 @@ pub const PAGE: &str = "documentation/index.html";
 /// source. A folder ends with `/`.
 const LEFT_OUT: [&str; 3] = ["extra/org.fmi-standard.fmi-ls-ref/", "documentation/fmi-ls-ref.txt", "sources/"];
 
-/// Names of devices in Windows, with any extension.
+/// Device names in Windows, with any extension.
 const DEVICES: [&str; 4] = ["CON", "PRN", "AUX", "NUL"];
 
 /// The path of the start values in a preset.
@@ -42,7 +42,7 @@ pub fn guid_of(text: &str) -> String {
     String::from_utf8_lossy(&fingerprint::text(start::fingerprint(text.as_bytes()))).into_owned()
 }
 
-/// The FMU from which a preset is made, without its archive.
+/// The FMU from which a preset is created, without its archive.
 #[derive(Clone, Copy, Debug)]
 pub struct Original<'a> {
     /// Its model description.
@@ -75,7 +75,7 @@ impl Original<'_> {
     /// The FMU with the values of a loop as its start values.
     ///
     /// # Errors
-    /// The FMU is not of the loop's block, or rejects a value.
+    /// The FMU is not one of the loop's block, or rejects a value.
     pub fn preset(&self, values: &parameters::Loop) -> Result<Preset> {
         let block = self.description.model_identifier().unwrap_or_default();
         let places = self.places(block, &values.block)?;
@@ -113,7 +113,7 @@ impl Original<'_> {
         ensure!(block.name == own, "it is an FMU of {own}, not of {}", block.name);
         let variables = &self.description.variables;
         let other = "it was made from another version of the block";
-        // The time is no variable of the block, and texts have no place in a preset.
+        // Time is not a block variable, and strings have no place in a preset.
         let is_own = |of: &&Variable| of.kind.is_some() && of.causality != Causality::Independent;
         let count = variables.iter().filter(is_own).count();
         ensure!(count == block.members.len(), "{other}: it has {count} variables");
@@ -157,7 +157,7 @@ impl Original<'_> {
     }
 }
 
-/// The name as one that C and every file system accept: letters, digits and underscores.
+/// The name as an identifier that C and every file system accept: letters, digits and underscores.
 pub fn identifier(name: &str) -> String {
     let mut identifier: String =
         name.chars().map(|character| if character.is_ascii_alphanumeric() { character } else { '_' }).collect();
@@ -179,14 +179,14 @@ pub fn identifier(name: &str) -> String {
 pub struct PresetRequest {
     /// The loop with its values.
     pub of: Loop,
-    /// The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, as far as they exist.
+    /// The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, where they exist.
     pub files: BTreeMap<String, String>,
 }
 
 /// Creates the preset.
 ///
 /// # Errors
-/// The files do not belong to an FMU of the loop's block in the home's version, or the FMU rejects a value.
+/// The files do not belong to an FMU of the loop's block in the version known to the home, or the FMU rejects a value.
 pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     let values = as_loop(home, &request.of)?;
     let file = |path: &str| request.files.get(path).map(String::as_str);

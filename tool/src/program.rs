@@ -33,7 +33,7 @@ const MOST_PROBLEMS: usize = 500;
 pub struct Compiled {
     /// The name in the catalogue under which the program runs; `None` if it was refused.
     pub fmu: Option<String>,
-    /// The block that runs.
+    /// The block to run.
     pub block: String,
     /// Errors, and warnings for the author, in the order of the sources.
     pub problems: Vec<Finding>,
@@ -41,7 +41,7 @@ pub struct Compiled {
     pub candidates: Vec<String>,
     /// The time between two calls in seconds.
     pub cycle: f64,
-    /// The origin of the cycle.
+    /// Where the cycle comes from.
     pub cycle_from: String,
     /// The texts of the sources.
     pub sources: Vec<SourceText>,
@@ -71,7 +71,7 @@ pub struct Assumption {
     pub text: String,
 }
 
-/// A message on a place in a source.
+/// A message about a place in a source.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Finding {
@@ -107,15 +107,16 @@ pub struct Instance {
     pub path: String,
     /// Its block.
     pub block: String,
-    /// Whether that is a block of the catalogue, and not in SCL.
+    /// Whether the block is a catalogue block rather than SCL code.
     pub is_native: bool,
 }
 
-/// The activity of a program in its last call, beside the values of its variables, which are in the state of the run.
+/// The activity of a program in its last call, apart from the values of its variables, which are in the state of the
+/// run.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Monitored {
-    /// The temporaries of the block that runs, at the end of the call.
+    /// The temporaries of the running block, at the end of the call.
     pub temps: Values,
     /// Its STRINGs and WSTRINGs at the end of the call; a run has numbers only.
     pub texts: BTreeMap<String, String>,
@@ -138,7 +139,7 @@ pub struct Kept {
     loaded: Arc<Loaded>,
     table: Arc<Table>,
     description: Arc<modeldescription::Description>,
-    /// What its calls of controllers say about it.
+    /// The roles and groups inferred from its calls of controllers.
     dialog: Option<(Roles, Vec<Group>)>,
     blocks: Arc<Vec<CodeBlock>>,
 }
@@ -146,7 +147,7 @@ pub struct Kept {
 /// Translates the sources, and adds the program to the catalogue. The answer contains the problems.
 ///
 /// # Errors
-/// A file is not Base64, or they are too large; an option is invalid.
+/// A file is not Base64, the files are too large, or an option is invalid.
 pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compiled> {
     let parts = project::read(&request.files, &request.manifest)?;
     let Parts { sources, manifest, .. } = &parts;
@@ -185,7 +186,8 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
         .map(|of| Instance { path: of.path, block: of.block, is_native: of.is_native })
         .collect();
     let name = home.admit(loaded, |loaded, name| {
-        // A changed program has another name than the earlier one, and so in all that is asked for by its block.
+        // A changed program gets a new name, which its table must use as well: requests refer to it as the block's
+        // name.
         let table = Table { name: name.clone(), ..loaded.table.clone() };
         let dialog = roles::dialog(home, &table, &blocks, &compiled.parts);
         let interface = Interface::linked(table, &loaded.guid())?;
@@ -209,7 +211,7 @@ pub struct Looked<'a> {
 /// The activity of a program in the loop during its last or an earlier call.
 ///
 /// # Errors
-/// No program runs under this name; the run has no such call, or too many before it.
+/// No program runs under this name; the run has no such call, or too many calls precede it.
 pub fn monitor<H: Home>(
     home: &Programs<H>,
     session: &Session,

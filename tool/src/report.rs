@@ -594,10 +594,10 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
     Ok(())
 }
 
-/// The unit of a setting: its own, or the unit of the loop value that it refers to.
+/// The unit of a setting: its own, or that of the loop value to which it refers.
 fn unit_of<'a>(variable: &'a Variable, roles: &Roles, units: [Option<&'a str>; 2]) -> &'a str {
     let is = |role: Option<&String>| role == Some(&variable.name);
-    // A setpoint that is not compared with a process value, such as a ramp's, does not have the plant's unit.
+    // A setpoint that is not compared with a process value, such as that of a ramp, does not have the plant's unit.
     let is_controlled = roles.process_value.is_some()
         && [&roles.setpoint, &roles.process_value].into_iter().any(|role| is(role.as_ref()));
     let is_manipulated = is(roles.manual.as_ref().map(|(_, value)| value))

@@ -69,7 +69,7 @@ requests! { |home, session|
     } -> Description = describe::describe(home, &fmu)?;
     /// Reads a parameter file.
     Read(file: ReadFile) -> Loops = describe::read(home, &file)?;
-    /// Reads a description of a loop, as `plcfmu run` takes it.
+    /// Reads a description of a loop, as accepted by `plcfmu run`.
     Described {
         /// Its file's name, for messages.
         file: String,
@@ -102,7 +102,7 @@ requests! { |home, session|
         /// Its settings; the others have their start values.
         values: Values,
     } -> Checked = describe::check(home, &fmu, &values)?;
-    /// How a controller and a plant are connected.
+    /// Proposes how to connect a controller and a plant.
     Propose {
         /// The controller.
         controller: Member,
@@ -126,7 +126,7 @@ requests! { |home, session|
         /// The values, by `MEMBER.VARIABLE`; ignored for a release.
         values: Values,
     } -> State = session.force(act, &values)?;
-    /// Moves a variable evenly to a value, call by call.
+    /// Ramps a variable linearly to a value, call by call.
     Ramp {
         /// `MEMBER.VARIABLE`
         variable: String,
@@ -208,7 +208,8 @@ requests! { |home, session|
     Rules(of: tune::TuneRequest) -> RulesTable = tune::table(home, &of)?.into();
     /// The settings in force, with their predicted effects in the same step.
     InForce(of: tune::TuneRequest) -> Tuned = in_force::in_force(home, &of)?;
-    /// The open loop of a plant's model with the controller, with its settings and with others, and its margins.
+    /// The open loop of the controller and a plant's model, with the controller's settings and with others, and its
+    /// margins.
     Bode(of: bode::BodeRequest) -> Bode = bode::bode(home, &of)?;
     /// Holds the plant at the present manipulated value until it is at rest, steps it, waits until it is at rest again,
     /// and identifies.

@@ -47,7 +47,7 @@ const LONGEST_NAME: usize = 200;
 /// The maximum number of recorded variables of a foreign FMU.
 const MOST_RECORDED: usize = 1000;
 
-/// The maximum number of times a block is called in one communication step.
+/// The maximum number of calls of a block in one communication step.
 const MOST_CALLS_OF_STEP: f64 = 1000.0;
 
 /// The number of earlier runs kept.
@@ -164,7 +164,7 @@ impl Record {
         &self.done
     }
 
-    /// The members replaced while it ran.
+    /// The replacements of members while it ran.
     pub fn exchanges(&self) -> &[Exchanged] {
         &self.exchanges
     }
@@ -414,7 +414,7 @@ impl Session {
     /// and the trial run is not added to the list.
     ///
     /// # Errors
-    /// No run, or one of too many calls; as [`Session::same_test`].
+    /// No run, or one with too many calls; as [`Session::same_test`].
     pub fn tried(&self, home: &dyn Home, values: &Values) -> Result<Session> {
         let mut script = Script::new(self.record(None)?);
         if script.calls > MOST_TRIED {

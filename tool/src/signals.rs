@@ -11,7 +11,7 @@ use control::identify::{self, Data, Identified};
 use run::dialog::Roles;
 use run::system::Exchange;
 
-/// The signals of a loop in the calls that are held exactly.
+/// The signals of a loop, for the calls that are stored individually.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signals {
     /// The times of the calls, in seconds.
@@ -28,9 +28,9 @@ pub struct Signals {
     pub manual: Vec<bool>,
     /// The disturbances of the loop.
     pub disturbances: Vec<Set>,
-    /// The first call whose row has the outputs of a call.
+    /// The index of the first row whose outputs come from a call.
     pub first: usize,
-    /// Whether earlier calls are no longer held.
+    /// Whether earlier calls are no longer stored individually.
     pub is_cut: bool,
     /// The unit of the process value.
     pub unit: Option<String>,
@@ -109,13 +109,13 @@ impl Signals {
         last
     }
 
-    /// The same for the figures.
+    /// The same signals, in the form that the figures use.
     pub fn borrowed(&self) -> figures::Signals<'_> {
         figures::Signals {
             times: &self.times,
             setpoint: &self.setpoint,
             process_value: &self.process_value,
-            // Pulses have a mean, but it has no travel.
+            // The mean of pulses has no travel.
             manipulated_value: if self.pulses.is_empty() { &self.manipulated_value } else { &[] },
             pulses: &self.pulses,
             manual: &self.manual,
@@ -205,7 +205,7 @@ pub fn tried(
 /// A plant's model from a step in a run or in a file.
 ///
 /// # Errors
-/// No such run, or it does not reveal the plant; a problem of the file.
+/// No such run, or it does not reveal the plant; a problem with the file.
 pub fn identify(home: &dyn Home, session: &Session, request: &identify::IdentifyRequest) -> Result<Identified> {
     let Data::Run { run, from, to } = request.data else { return identify::of_csv(request) };
     let record = session.record(run)?;
@@ -216,7 +216,7 @@ pub fn identify(home: &dyn Home, session: &Session, request: &identify::Identify
     let mut identified = if signals.manipulated_value.is_empty() && !signals.times.is_empty() {
         travel::identify(home, record, &signals, request)?
     } else {
-        // The plant was at its first value, also in a row before that.
+        // In the rows before the first output, the plant is taken to be at its first value.
         let first = signals.first.min(signals.process_value.len());
         let (before, given) = signals.process_value.split_at_mut(first);
         before.fill(given.first().copied().unwrap_or(f64::NAN));

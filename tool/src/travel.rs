@@ -1,5 +1,5 @@
-//! The travel of a step controller's actuator: its pulses, summed up with the time that the actuator takes from stop to
-//! stop. Stops and backlash are not included.
+//! The travel of a step controller's actuator, integrated from its pulses and the time that the actuator takes from
+//! stop to stop. Stops and backlash are not included.
 
 use crate::home::Home;
 use crate::session::Record;
@@ -11,8 +11,8 @@ use modeldescription::digits::short;
 
 /// The remedy if the travel is unknown.
 const REMEDY: &str = "identify from a CSV file with the position of the actuator";
-/// A pulse moves this part of the whole travel from sample to sample, which looks like a step even if the controller is
-/// called often.
+/// The travel per sample during a pulse, as a fraction of the whole travel: this looks like a step even if the
+/// controller is called often.
 const MOVE: f64 = 0.04;
 
 /// A plant's model, from the travel of the actuator to the process value.
@@ -57,7 +57,7 @@ pub(crate) fn percent_of_a_call(home: &dyn Home, record: &Record) -> Result<f64>
 /// The actuator of a step controller.
 struct Motor {
     controller: Controller,
-    /// The setting with the time of its travel from stop to stop.
+    /// The setting that holds the travel time from stop to stop.
     time: String,
     seconds: f64,
 }
@@ -124,7 +124,7 @@ fn stride(travel: &[f64], percent: f64) -> usize {
     ((MOVE * (high - low) / percent).ceil() as usize).max(1)
 }
 
-/// One sample for this many calls: the mean of the input over them, the output at their beginning.
+/// One sample per `stride` calls: the mean of the input over them, and the output at their beginning.
 fn thinned(times: &[f64], input: &[f64], output: &[f64], stride: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let firsts = |values: &[f64]| values.iter().copied().step_by(stride).collect::<Vec<_>>();
     let means = input.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect();

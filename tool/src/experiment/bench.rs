@@ -24,9 +24,10 @@ pub(super) struct Bench<'a> {
     was: Values,
     /// The initial position of the actuator; with pulses, the origin of its travel.
     pub(super) output: f64,
-    /// The time from which it is held, in seconds.
+    /// When the hold begins, in seconds.
     pub(super) from: f64,
-    /// The calls of a pulse period, in which the controller may take one process value only; 1 without pulses.
+    /// The number of calls in a pulse period, in which the controller may sample the process value only once; 1 without
+    /// pulses.
     pub(super) every: usize,
 }
 
@@ -62,7 +63,7 @@ impl Drive {
 }
 
 impl<'a> Bench<'a> {
-    /// Goes to manual mode without moving the actuator.
+    /// Switches to manual mode without moving the actuator.
     pub(super) fn hold(home: &'a dyn Home, session: &'a mut Session) -> Result<Bench<'a>> {
         let record = session.record(None)?;
         let controller = record.members().next().context("no controller")?.clone();
@@ -102,13 +103,13 @@ impl<'a> Bench<'a> {
             every: 1,
         };
         let record = bench.session.record(None)?;
-        // Where all members act at once, each passes on its inputs one call later: before that, a row has values of no
-        // call.
+        // In a parallel exchange, each member passes its inputs on one call later: until then, a row contains values
+        // from before the first call.
         let until_seen = match record.setup().exchange {
             Exchange::Sequential => 1,
             Exchange::Parallel => record.members().count(),
         };
-        // Settings since the last call, such as the manual value, count too.
+        // Settings made since the last call, such as the manual value, must take effect, too.
         if record.calls() == 0 || record.done().last().is_some_and(|done| done.call == record.calls()) {
             bench.run(until_seen)?;
         }
@@ -121,7 +122,7 @@ impl<'a> Bench<'a> {
 
     /// Finds the manual value that leaves the output unchanged.
     fn hold_value(&mut self, output: &str, until_seen: usize) -> Result<()> {
-        // Between two cycles pulses are on or off: the actuator is at their mean.
+        // Pulses are on or off in any one call: the actuator follows their mean.
         let pulses = self.signals(0.0)?;
         let means = means_of_pulses(&pulses.times, &pulses.manipulated_value).filter(|_| !pulses.pulses.is_empty());
         let target = match means.as_ref().and_then(|(means, _)| means.last()) {
@@ -159,7 +160,7 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// No pulse moves the actuator.
+    /// Switches to manual mode with both pulses off, so that the actuator does not move.
     fn hold_position(&mut self, until_seen: usize) -> Result<()> {
         let moved = travel::percent_of_a_call(self.home, self.session.record(None)?)?;
         self.go_manual()?;
@@ -237,7 +238,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Restores the loop: the actuator returns to its initial position, the plant follows, and mode and manual value
-    /// are restored. An integrating plant is driven back to this `level`. Without a level the test has failed, and the
+    /// are restored. An integrating plant is driven back to this `level`. Without a level, the test has failed, and the
     /// function does not wait.
     pub(super) fn release(&mut self, level: Option<f64>, is_integrating: bool) -> Result<()> {
         let was_automatic = self.was.get(&self.switch_name) == Some(&Value::Boolean(false));
@@ -296,7 +297,7 @@ impl<'a> Bench<'a> {
         Signals::new(self.home, self.session.record(None)?, Some(from), None)
     }
 
-    /// The process value since the plant is held.
+    /// The process value since the hold began.
     pub(super) fn process_value(&self) -> Result<Vec<f64>> {
         self.process_value_from(self.from)
     }
@@ -305,7 +306,7 @@ impl<'a> Bench<'a> {
         Ok(self.signals(from)?.process_value)
     }
 
-    /// A process value of each pulse period.
+    /// One process value per pulse period.
     pub(super) fn sampled(&self, from: f64) -> Result<Vec<f64>> {
         Ok(self.process_value_from(from)?.into_iter().step_by(self.every).collect())
     }

@@ -32,7 +32,8 @@ pub(super) struct Found {
     pub remarks: Vec<String>,
 }
 
-/// Gain, with its sign, and phase of the plant for a period in calls; the phase is that of a plant with a gain above 0, from -2 pi to 0.
+/// Gain and phase of the plant for a period in calls; the phase is that of a plant with a gain above 0, from -2 pi to
+/// 0.
 struct Response {
     period: usize,
     gain: f64,
@@ -72,8 +73,8 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
         let phase = response.phase;
         responses.push(response);
         responses.sort_by_key(|response| response.period);
-        // A longer period has less lag: the next period is where the phase passes -180 degrees between two tried ones,
-        // or near one.
+        // A longer period has less phase lag: the next period to try is where the phase crosses -180 degrees between
+        // two tried ones, or near one.
         let next = match responses.iter().position(|response| response.phase > -PI) {
             Some(0) => (period as f64 * (-phase / PI).clamp(0.5, 0.95)).floor() as usize,
             None => (period as f64 * (-phase / PI).clamp(1.05, 2.0)).ceil() as usize,
@@ -89,7 +90,7 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     }
     bench.put(0.0)?;
     let between = responses.iter().position(|response| response.phase > -PI).filter(|at| *at > 0);
-    // Next to -180 degrees, extrapolates a little beyond two periods.
+    // If the phase is near -180 degrees, extrapolates slightly beyond two periods.
     let beyond = || {
         let last = responses.len().checked_sub(1).filter(|last| *last > 0)?;
         let at = if responses[0].phase > -PI { 1 } else { last };
@@ -131,7 +132,7 @@ fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> 
         waited += 1;
         bench.check_patience(waited, "the process value does not oscillate: choose a larger amplitude")?;
         let off = bench.value(&bench.process_value_name.clone())? - level;
-        // Twice in a row: noise exceeds four times its deviation once in some thousand calls.
+        // Twice in a row: noise exceeds four times its deviation once in several thousand calls.
         if sign == 0.0 && off.abs().min(before * off.signum()) > hysteresis + 1e-9 {
             sign = off.signum();
         }
@@ -163,7 +164,7 @@ fn wave(bench: &mut Bench, amplitude: f64, period: usize, noise: f64, sign: f64)
         }
         Ok(())
     };
-    // A dead time of many periods passes, too.
+    // Waits long enough for a dead time of many periods to pass, too.
     drive(bench, PASSED.max(FIRST.div_ceil(period)))?;
     let from = bench.next_time()?;
     drive(bench, *MEASURED.start())?;

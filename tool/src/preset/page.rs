@@ -28,7 +28,7 @@ pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Res
     let page =
         replaced(&page, RECORDING, "Recorded with the start values of the block, not with those of this preset.")?;
     if !page.contains(SOURCE.0) {
-        // It was packed before FMUs contained C sources.
+        // This FMU was packed before FMUs contained C sources.
         return Ok(page);
     }
     replaced(&page, SOURCE, "This preset has no C source; that of the block has the block's own start values.")
@@ -68,7 +68,7 @@ fn section(name: &str, library: &str, values: &Loop) -> Result<String, fmt::Erro
     Ok(html)
 }
 
-/// The page with new text between two marks.
+/// Returns the page with new text between two marks.
 fn replaced(page: &str, (begin, end): (&str, &str), text: &str) -> anyhow::Result<String> {
     let parts = || {
         let (before, rest) = page.split_once(begin)?;

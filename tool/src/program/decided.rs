@@ -5,7 +5,7 @@ use scl::watch::{CodeBlock, Influence, Logic};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// The decisions behind an assignment.
+/// The decisions that led to an assignment.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Decisions {
@@ -21,7 +21,7 @@ pub struct Decisions {
 pub struct Decision {
     /// The value; `None` if it was not calculated in this call.
     pub truth: Option<bool>,
-    /// The part of each operand in the decision: `decided`, `shared` (a reason, but not alone), `idle`.
+    /// The role of each operand in the decision: `decided`, `shared` (one reason of several), `idle`.
     #[cfg_attr(test, ts(type = "(\"decided\" | \"shared\" | \"idle\")[]"))]
     pub parts: Vec<String>,
     /// The values of the operands when they were calculated; `None` for one that is not a Boolean.
@@ -30,7 +30,7 @@ pub struct Decision {
     pub wires: Vec<u32>,
 }
 
-/// What decided in a block, in the instance at a path.
+/// The decisions in a block, for the instance at a path.
 pub(super) fn decisions(program: &Program, blocks: &[CodeBlock], block: &str, path: &str) -> Vec<Decisions> {
     let Some(of) = blocks.iter().find(|of| of.name.eq_ignore_ascii_case(block)) else { return Vec::new() };
     let mut noted: HashMap<u32, Option<bool>> = HashMap::new();

@@ -1,4 +1,4 @@
-//! The programs opened by a page, as FMUs of the catalogue beside those of the home.
+//! The programs opened by a page, as FMUs of the catalogue alongside those of the home.
 
 use super::Kept;
 use crate::home::Home;
@@ -37,7 +37,7 @@ struct Running {
     blocks: Arc<Vec<CodeBlock>>,
 }
 
-/// The same for the loop, which owns its members.
+/// A running program as a member of the loop, which owns its members.
 struct Shared(Rc<RefCell<Running>>);
 
 impl<H: Home> Programs<H> {
@@ -71,7 +71,7 @@ impl<H: Home> Programs<H> {
         Ok(name)
     }
 
-    /// Looks at a program that runs, at what it has warned of, and at its blocks.
+    /// Passes a running program, its warnings and its blocks to `look`.
     pub(super) fn with_running<T>(
         &self,
         member: &str,
@@ -82,7 +82,7 @@ impl<H: Home> Programs<H> {
         Ok(look(running.instance.block(), &running.warnings, &running.blocks))
     }
 
-    /// Runs something beside the present run without changing which programs are watched.
+    /// Runs something alongside the present run without changing which programs are watched.
     pub(crate) fn beside<T>(&self, run: impl FnOnce() -> T) -> T {
         let present = self.running.borrow().clone();
         let done = run();

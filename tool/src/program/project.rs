@@ -16,13 +16,13 @@ use std::collections::BTreeMap;
 /// The maximum total size of the files, in bytes.
 const LARGEST: usize = 16 << 20;
 
-/// The separator between the name of a workbook and that of one of its parts, which the page has unpacked.
+/// Separates the name of a workbook from the name of one of its parts, which the page has unpacked.
 const WORKBOOK: &str = ".xlsx/";
 
 /// The sources and the tag tables among files. Ignores files that do not belong to a program.
 ///
 /// # Errors
-/// A file is not Base64, they are too large, or a tag table is faulty.
+/// A file is not Base64, the files are too large, or a tag table is faulty.
 pub(super) fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
     let size: usize = files.iter().map(|of| of.content.len() / 4 * 3).sum();
     ensure!(

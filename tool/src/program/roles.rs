@@ -1,5 +1,5 @@
-//! The roles of a program's variables in a loop, as far as its calls of controllers reveal them: the variable passed as
-//! the process value of a controller is the process value of the program.
+//! The roles of a program's variables in a loop, inferred from its calls of controllers: the variable passed as the
+//! process value of a controller is the process value of the program.
 
 use super::Instance;
 use crate::home::Home;
@@ -20,7 +20,7 @@ pub(super) fn dialog(
     Some((roles, dialog::groups(table, "Settings")))
 }
 
-/// The roles by the first call of a controller in the program's own block that tells any.
+/// The roles inferred from the first controller call in the program's own block that reveals any.
 fn roles(home: &dyn Home, table: &Table, blocks: &[CodeBlock], parts: &[Instance]) -> Option<Roles> {
     let own = parts.first().map(|part| part.block.as_str())?;
     let block = blocks.iter().find(|block| block.name.eq_ignore_ascii_case(own))?;

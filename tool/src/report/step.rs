@@ -1,5 +1,5 @@
-//! The step that the figures of a report refer to: predicted and measured, and larger than in the curves of the whole
-//! run.
+//! The step to which the figures of a report refer: predicted and measured, and drawn larger than in the curves of the
+//! whole run.
 
 use super::{Tuning, three, with_unit};
 use crate::describe::describe;
@@ -192,7 +192,7 @@ pub(super) fn disturbance_side_by_side(
     table(page, &of.figures, figures)
 }
 
-/// A step that the identified plant predicts.
+/// A step as predicted by the identified plant.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Forecasted {

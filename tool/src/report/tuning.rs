@@ -26,7 +26,7 @@ pub(super) fn told(
     (fmu, description): (&str, &Description),
 ) -> Result<()> {
     let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = of.model;
-    // For a step controller, the travel of the actuator counts.
+    // For a step controller, the manipulated value is the travel of the actuator.
     let travel = report.units[1].or((!description.roles.pulses.is_empty()).then_some("%"));
     let [process_value, manipulated_value] = [report.units[0], travel].map(|unit| units::shown(unit.unwrap_or("1")));
     let of_gain = match (process_value.as_ref(), manipulated_value.as_ref(), is_integrating) {
@@ -122,7 +122,7 @@ fn in_force(
     }
 }
 
-/// Ms, gain margin and phase margin, as far as they exist, with their units.
+/// Ms, gain margin and phase margin, where they exist, with their units.
 fn margins(of: [Option<f64>; 3]) -> Vec<(&'static str, String, &'static str)> {
     let names = [("Ms", ""), ("gain margin", ""), ("phase margin", "\u{b0}")];
     names.into_iter().zip(of).filter_map(|((name, unit), value)| Some((name, three(value?), unit))).collect()

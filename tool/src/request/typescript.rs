@@ -1,4 +1,4 @@
-//! The page's types of the messages, `tool/web/src/messages.d.ts`, generated from the Rust types.
+//! The page's message types, `tool/web/src/messages.d.ts`, generated from the Rust types.
 
 use super::{Request, each_answer};
 use run::system::Value;

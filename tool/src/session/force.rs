@@ -1,4 +1,4 @@
-//! Variables of any kind that are written: once, or for every call.
+//! Writes variables of any kind: once, or for every call.
 
 use super::{Present, Session, Wired, fitting, shown};
 use crate::message::{Act, Event, State, Values};
@@ -9,11 +9,11 @@ use run::component::Force;
 use run::plan::{self, Assignment, Names};
 use run::system::Value;
 
-/// A variable that is forced.
+/// A forced variable.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Forced {
     pub(super) member: usize,
-    /// With the value as the PLC's type holds it.
+    /// The assignment, with the value rounded to the PLC type.
     assignment: Assignment,
 }
 
@@ -28,7 +28,7 @@ impl Session {
     /// Writes variables of any kind.
     ///
     /// # Errors
-    /// An unknown variable, one of an FMU, a connected input to be written once, or a value that it rejects.
+    /// A variable is unknown, belongs to a foreign FMU, rejects its value, or is a connected input to be written once.
     pub fn force(&mut self, act: Act, values: &Values) -> Result<State> {
         let present = self.present()?;
         present.is_running()?;
@@ -61,7 +61,7 @@ impl Present {
             Act::Write if self.forced.contains_key(&column) => bail!("{name} is forced: release it first"),
             Act::Write => Force::Once(of.assignment.value),
             Act::Force => Force::Always(of.assignment.value),
-            // Releasing a released variable has no effect.
+            // Releasing a variable that is not forced has no effect.
             Act::Release if !self.forced.contains_key(&column) => return Ok(()),
             Act::Release => Force::Release,
         };
@@ -75,7 +75,7 @@ impl Present {
         Ok(())
     }
 
-    /// A connected input that is forced has that value instead of the connected output's.
+    /// Puts forced values into the row: a forced connected input has that value rather than the connected output's.
     pub(super) fn show_forced(&mut self) {
         for (column, of) in &self.forced {
             self.row[*column] = of.assignment.value;

@@ -42,7 +42,7 @@ impl Script {
         }
         let members = &mut self.setup.members;
         let names = |name: &str, members: &[message::Member]| {
-            // One name of a member may be the beginning of a variable's name, but not with the point of another member.
+            // This is unambiguous, because no member's name begins with another member's name and a dot.
             members.iter().position(|of| own_name(name, &of.name).is_some())
         };
         let all = members.clone();

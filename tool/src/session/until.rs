@@ -1,4 +1,4 @@
-//! Breakpoints: a run that ends where a condition begins to hold.
+//! Breakpoints: a run that ends when a condition becomes true.
 
 use super::{Present, Session};
 use crate::message::State;

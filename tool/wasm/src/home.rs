@@ -29,7 +29,7 @@ struct Fmu {
 }
 
 impl Fmu {
-    /// As the packer would read it from the FMU's library.
+    /// The FMU as the packer would read it from its library.
     fn new<B: blocks::Block>() -> Result<Fmu> {
         let interface = Interface::linked(Table::from(B::TABLE), Guid::<B>::TEXT)?;
         let description = Arc::new(ModelDescription::from_interface(&interface)?.description());
@@ -40,7 +40,7 @@ impl Fmu {
 }
 
 impl Linked {
-    /// All of them: the blocks, then the plants.
+    /// All linked FMUs: the blocks, then the plants.
     ///
     /// # Panics
     /// The table of a block is faulty; then it has no FMU either.
