@@ -394,7 +394,7 @@ def test_an_instance_data_block_gives_the_start_values_of_the_block_that_is_run(
 
 def test_what_does_not_apply_is_refused_and_several_blocks_ask_for_a_choice(build, command, tmp_path):
     done, _ = build(LINE.replace('"Main"', '"Fast"'), *TAGS, "--cycle=1s")
-    assert "called by no other: Fast, Cyclic; choose" in done.stderr, done.stderr
+    assert "not called by any other: Fast, Cyclic; choose" in done.stderr, done.stderr
     # Beside Main, it is known who comes last; the period of the other is not.
     done, folder = build(LINE, *TAGS, "--cycle=1s")
     assert done.returncode == 0 and "Cyclic is called as often as Main" in done.stderr, done.stderr

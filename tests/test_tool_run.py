@@ -749,7 +749,7 @@ def test_a_preset_is_made_of_the_right_fmu_only(tool, tmp_path):
         for path in archive.namelist():
             written.writestr(path, archive.read(path).replace(guid, other))
     tool.locator("#preset-fmu").set_input_files(old)
-    tool.get_by_text("take the FMU and the page of one release").wait_for()
+    tool.get_by_text("use an FMU and a page of the same release").wait_for()
 
 
 def preset_of(page, fmu):

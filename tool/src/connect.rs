@@ -281,7 +281,7 @@ fn by_roles(controller: &End, plant: &End, proposal: &mut Draft) {
         }
     } else if controller.has_stops() == plant.has_stops() {
         for (output, input) in own.pulses.iter().zip(&of_plant.pulses) {
-            connect(controller, output, plant, input, "both are the pulses of the manipulated value", proposal);
+            connect(controller, output, plant, input, "both are pulses of the manipulated value", proposal);
         }
     } else {
         let act = |end: &End, pulses: &[String]| {
@@ -289,7 +289,7 @@ fn by_roles(controller: &End, plant: &End, proposal: &mut Draft) {
             format!("{} of {} {how}", pulses.join(" and "), end.member.name)
         };
         let (from, to) = (act(controller, &own.pulses), act(plant, &of_plant.pulses));
-        let text = format!("{from}, and {to}: they are different pulses and not connected");
+        let text = format!("{from}, and {to}: these pulses differ and are not connected");
         proposal.misfits.push(Open { input: plant.full(&of_plant.pulses[0]), text });
     }
     if let (Some(output), Some(input)) = (&of_plant.process_value, &own.process_value) {
@@ -363,7 +363,7 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
         }
     }
     if plant.description.part == LoopRole::Controller {
-        proposal.remarks.push(format!("{} is a controller, too", plant.member.fmu));
+        proposal.remarks.push(format!("{} is also a controller", plant.member.fmu));
     }
 }
 

@@ -176,7 +176,7 @@ pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
         let endings: Vec<String> =
             Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
         let message = format!("{}: the extension is not that of a parameter file", file.file);
-        return Ok(refused(message, Some(format!("files that are read end in {}", endings.join(", ")))));
+        return Ok(refused(message, Some(format!("parameter files end in {}", endings.join(", ")))));
     }
     let (format, source, options) = opened(file)?;
     Ok(match parameters::read(format, &source, &home.blocks(), &options) {
@@ -208,9 +208,9 @@ pub fn remedy(remedy: &Remedy) -> String {
         Remedy::ChooseThisBlock(block) => format!("if it is {block}, whose members it has, choose that as its block"),
         Remedy::DeclareConstant(name) => format!("declare it under Options: the constant {name} = 5"),
         Remedy::DeclareInstance(name) => {
-            format!("say under Options which block it is an instance of: the tag {name} : Block")
+            format!("specify its block under Options: the tag {name} : Block")
         }
-        Remedy::ListMissing => "open the files that declare them, too".to_string(),
+        Remedy::ListMissing => "also open the files that declare them".to_string(),
         Remedy::Stub(_) => "ask its author for the source".to_string(),
         Remedy::DeclareTag { name, of } => {
             format!("under Options, the tag {name} : {of} makes it an input or output, {name} = 5 a constant")
@@ -244,7 +244,7 @@ fn as_message(of: &parameters::Loop) -> Loop {
 /// The catalogue has no such block, the block has no such setting, or a value does not fit the setting's type.
 pub fn as_loop(home: &dyn Home, of: &Loop) -> Result<parameters::Loop> {
     let block = home.blocks().into_iter().find(|block| block.is_called(&of.block));
-    let block = block.with_context(|| format!("{}: no block {:?} here", of.name, of.block))?;
+    let block = block.with_context(|| format!("{}: no block {:?} in the catalogue", of.name, of.block))?;
     let mut one = parameters::Loop::new(of.name.as_str(), Arc::clone(&block));
     for setting in &of.settings {
         let member = block.find(&setting.name).filter(|member| block.members[*member].role.is_settable());
@@ -311,7 +311,7 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
     let is_boolean = matches!(variable.start, Value::Boolean(_));
     let given = match value {
         Value::Boolean(value) if !is_boolean => {
-            return Err(format!("{name} is {}, {value} is not a number", variable.kind));
+            return Err(format!("{name} is {}: {value} is not a number", variable.kind));
         }
         value => number_of(value),
     };

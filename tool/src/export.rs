@@ -195,7 +195,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     let ending = format.to_lowercase();
     let Some(kind) = Format::of_file(&format!("file.{ending}")) else {
         let endings: Vec<_> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
-        bail!("{format:?} is not a format of parameter files: take one of {}", endings.join(", "));
+        bail!("{format:?} is not a parameter file format: use one of {}", endings.join(", "));
     };
     let [first, rest @ ..] = loops else { bail!("no loop to write: open or add one first") };
     let loops = loops.iter().map(|of| as_loop(home, of)).collect::<Result<Vec<_>>>()?;
@@ -231,7 +231,7 @@ fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> 
     let (format, source, options) = opened(file)?;
     let blocks = home.blocks();
     let before = parameters::read(format, &source, &blocks, &options);
-    let before = before.map_err(|_| anyhow::anyhow!("{} cannot be read any more", file.file))?.loops;
+    let before = before.map_err(|_| anyhow::anyhow!("{} can no longer be read", file.file))?.loops;
     // Settings that a message omits keep their values.
     let whole = |of: &Loop| -> Result<parameters::Loop> {
         let given = as_loop(home, of)?;
@@ -253,7 +253,7 @@ fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> 
         _ => format!("{}: {} was changed ({})", of.loop_name, of.member, of.origin),
     };
     let remarks = if replaced.is_empty() {
-        vec!["nothing differs from the file as it was opened".into()]
+        vec!["nothing has changed since the file was opened".into()]
     } else {
         replaced.iter().take(100).map(sentence).collect()
     };
@@ -276,13 +276,13 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
     if let Some(exchange) = record.exchanges().first() {
         calls = exchange.call;
         remarks.push(format!(
-            "It ends at call {calls} ({:?} s), when {} was exchanged: a description has the same FMUs all the time.",
+            "It ends at call {calls} ({:?} s), when {} was exchanged: a description keeps the same FMUs throughout.",
             record.time(calls),
             setup.members.get(1).map_or("a plant", |member| member.name.as_str())
         ));
     }
     if calls == 0 {
-        bail!("the run has made no call: make at least one first");
+        bail!("the run has made no calls: make at least one first");
     }
     if let Some(forced) = record.done().iter().find(|done| done.act != Act::Set && done.call < calls) {
         calls = forced.call;
@@ -291,13 +291,13 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
             bail!("{name} is forced from the beginning, which a description cannot express: release it, and run again");
         }
         remarks.push(format!(
-            "It ends at call {calls} ({time:?} s), when {name} was written: a description sets inputs and parameters only."
+            "It ends at call {calls} ({time:?} s), when {name} was written: a description sets only inputs and parameters."
         ));
     }
     let system = system(home, record, calls);
     for program in system.programs.values() {
         let files: Vec<String> = program.sources.iter().map(|file| file.display().to_string()).collect();
-        remarks.push(format!("The program's sources belong beside it: {}.", files.join(", ")));
+        remarks.push(format!("Put the program's sources next to it: {}.", files.join(", ")));
     }
     let about = format!("# A run of the parameter tool, {calls} calls: plcfmu run FILE.toml\n");
     let text = about + &file::write(&system)?;
@@ -386,7 +386,7 @@ fn csv(record: &Record, columns: &[usize]) -> Result<(Vec<u8>, Vec<String>)> {
     let mut remarks = Vec::new();
     if calls.start > 0 {
         remarks.push(format!(
-            "The calls before call {} ({:?} s) are held as an overview only and not in the file.",
+            "The calls before call {} ({:?} s) are only stored as an overview and are not in the file.",
             calls.start,
             record.time(calls.start)
         ));

@@ -112,7 +112,7 @@ impl Original<'_> {
     fn places(&self, own: &str, block: &BlockType) -> Result<Vec<usize>> {
         ensure!(block.name == own, "it is an FMU of {own}, not of {}", block.name);
         let variables = &self.description.variables;
-        let other = "it was made from another version of the block";
+        let other = "it was built from another version of the block";
         // Time is not a block variable, and strings have no place in a preset.
         let is_own = |of: &&Variable| of.kind.is_some() && of.causality != Causality::Independent;
         let count = variables.iter().filter(is_own).count();
@@ -210,7 +210,7 @@ pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     };
     match own {
         Some(own) if !is_of(&own) => bail!(
-            "this {name}.fmu is {}, and the page has {name} {}: take the FMU and the page of one release",
+            "this {name}.fmu is {}, and the page has {name} {}: use an FMU and a page of the same release",
             shortened(&library),
             own.guid
         ),

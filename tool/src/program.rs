@@ -293,9 +293,9 @@ fn refuse(wrong: Wrong, compiled: &mut Compiled) {
     compiled.problems = match wrong {
         Wrong::Sources(problems) => findings(&problems, true),
         Wrong::Choice { blocks: candidates, .. } if candidates.len() > 1 => {
-            let message = format!("several blocks are called by no other: {}", candidates.join(", "));
+            let message = format!("several blocks are not called by any other: {}", candidates.join(", "));
             compiled.candidates = candidates;
-            vec![about_all(message, Some("choose the one that is run"))]
+            vec![about_all(message, Some("choose the one to run"))]
         }
         other => vec![about_all(other.to_string(), None)],
     };

@@ -198,10 +198,10 @@ fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
     }
     // It may be known by another name, such as the one in the PLC project.
     let known = home.blocks().into_iter().find(|known| known.is_called(block));
-    let known = known.with_context(|| format!("no block {block:?} here"))?;
+    let known = known.with_context(|| format!("no block {block:?} in the catalogue"))?;
     let is = |name: &str| matches!(home.table(name), Ok(Some(table)) if table.name == known.name);
     let found = home.entries().into_iter().find(|entry| is(&entry.name));
-    Ok(found.with_context(|| format!("no FMU of the block {block:?} here"))?.name)
+    Ok(found.with_context(|| format!("no FMU for the block {block:?} in the catalogue"))?.name)
 }
 
 /// Figures and curves of the controller, given as its FMU and the roles of its variables.
@@ -431,7 +431,7 @@ fn source(picture: &str) -> Result<String> {
     use base64::Engine;
     use base64::engine::general_purpose::STANDARD;
     if picture.len() > LARGEST_PICTURE {
-        bail!("the picture has more than {} MiB", LARGEST_PICTURE >> 20);
+        bail!("the picture is larger than {} MiB", LARGEST_PICTURE >> 20);
     }
     if picture.trim_start().starts_with("<svg") {
         return Ok(format!("data:image/svg+xml;base64,{}", STANDARD.encode(picture.trim())));

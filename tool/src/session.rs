@@ -311,7 +311,7 @@ impl Session {
     }
 
     fn present(&mut self) -> Result<&mut Present> {
-        self.present.as_mut().context("nothing runs: start a loop first")
+        self.present.as_mut().context("no loop is running: start one first")
     }
 
     /// The state of the current run. Each remark is returned only once.
@@ -329,7 +329,7 @@ impl Session {
     pub fn record(&self, run: Option<usize>) -> Result<&Record> {
         let present = self.present.as_ref().map(|present| &present.record);
         let Some(run) = run else {
-            return present.context("nothing runs: start a loop first");
+            return present.context("no loop is running: start one first");
         };
         let mut all = self.earlier.iter().chain(present);
         all.find(|record| record.number == run)
@@ -366,7 +366,7 @@ impl Session {
 
     fn check_calls(calls: usize) -> Result<()> {
         if !(1..=MOST_CALLS).contains(&calls) {
-            bail!("{calls} calls: a request makes 1 to {MOST_CALLS}, ask again for more");
+            bail!("{calls} calls: a request makes 1 to {MOST_CALLS}; send another one for more");
         }
         Ok(())
     }
@@ -436,7 +436,7 @@ impl Session {
             bail!("the run has made {} calls: no call {call}", record.calls());
         }
         if call >= MOST_TRIED {
-            bail!("call {call} cannot be looked at: the run is made again up to it, {MOST_TRIED} calls at most");
+            bail!("call {call} cannot be shown: repeating the run up to it takes more than {MOST_TRIED} calls");
         }
         let mut script = Script { calls: call + 1, ..Script::new(record) };
         // Later events are dropped.
@@ -586,7 +586,7 @@ impl Present {
         self.is_running()?;
         let (member, assignment, warning) = self.wired.assignment(variable, Value::Number(to))?;
         if assignment.kind == Type::Boolean {
-            bail!("{variable} is Boolean: only a number can move evenly");
+            bail!("{variable} is Boolean: only a number can be ramped");
         }
         let calls = (seconds / self.record.step).round().max(1.0);
         if !(seconds >= 0.0 && calls <= MOST_RAMP as f64) {
@@ -723,7 +723,7 @@ impl Wired {
                 let own = cycle(&members[0], borrowed[0], tables[0].as_deref());
                 let proposed = || own.or(borrowed[0].default_experiment.and_then(|of| of.step_size));
                 let step = step.or_else(proposed);
-                (start, step.with_context(|| format!("{} proposes no communication step: give one", members[0].name))?)
+                (start, step.with_context(|| format!("{} proposes no communication step: set one", members[0].name))?)
             }
         };
         for ((member, description), table) in members.iter().zip(&borrowed).zip(&tables) {
@@ -879,7 +879,7 @@ fn check_names(members: &[message::Member]) -> Result<()> {
             }
             if own_name(&other.name, name).or(own_name(name, &other.name)).is_some() {
                 bail!(
-                    "the members {} and {name} cannot be told apart: one name must not begin with the other and a point",
+                    "the members {} and {name} cannot be told apart: one name must not begin with the other and a dot",
                     other.name
                 );
             }

@@ -55,7 +55,7 @@ impl Signals {
         let values = |column: usize| record.trace().column(column, calls.clone()).collect::<Vec<_>>();
         let unit = |column: usize| record.columns()[column].unit.clone();
         let needed = |role: Option<&String>, what: &str| {
-            let missing = || format!("{} does not say which of its variables is its {what}", controller.fmu);
+            let missing = || format!("{} does not specify which variable is its {what}", controller.fmu);
             column(role.with_context(missing)?)
         };
         let setpoint = needed(roles.setpoint.as_ref(), "setpoint")?;
@@ -71,7 +71,7 @@ impl Signals {
         if wanted.start < calls.start {
             let (first, count) = (record.time(calls.start), calls.len());
             remarks.push(format!(
-                "only the last {count} calls count, from {first:?} s on: earlier ones are no longer held one by one"
+                "only the last {count} calls are used, from {first:?} s on: earlier ones are not stored individually"
             ));
         }
         Ok(Signals {
@@ -308,6 +308,6 @@ mod tests {
         let member = Member { name: "F".into(), fmu: "FOREIGN".into(), values: Values::new() };
         session.start(&home, Setup { members: vec![member], step: Some(0.1), ..Setup::default() }).unwrap();
         let error = figures(&home, &session, &FiguresRequest::default()).unwrap_err();
-        assert_eq!(error.to_string(), "FOREIGN does not say which of its variables is its setpoint");
+        assert_eq!(error.to_string(), "FOREIGN does not specify which variable is its setpoint");
     }
 }

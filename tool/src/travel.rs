@@ -33,12 +33,12 @@ pub(crate) fn identify(
     let recorded = Recorded { times: &times, input: &input, output: &output };
     let names = motor.controller.roles.pulses.join(" and ");
     let mut identified = identify::identify(&recorded, request.method, request.is_integrating)
-        .with_context(|| format!("the manipulated value is the travel by {names}"))?;
+        .with_context(|| format!("the manipulated value is the travel caused by {names}"))?;
     identified.remarks.insert(
         0,
         format!(
-            "The manipulated value is the travel by {names}: 100 % in {} = {} s. Backlash is not known: let the pulse before \
-             it have the same direction.",
+            "The manipulated value is the travel caused by {names}: 100 % in {} = {} s. The backlash is unknown: \
+             the pulse before the step should have the same direction.",
             motor.time,
             short(motor.seconds)
         ),
@@ -83,7 +83,7 @@ impl Motor {
         let interval = record.time(1) - record.time(0);
         if interval > 1.5 * cycle {
             bail!(
-                "a step of the run takes {} s, and {} is called every {} s: not each pulse is recorded; {REMEDY}",
+                "a step of the run takes {} s, and {} is called every {} s: not every pulse is recorded; {REMEDY}",
                 short(interval),
                 member.fmu,
                 short(cycle)

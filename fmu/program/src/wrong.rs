@@ -40,7 +40,7 @@ impl fmt::Display for Wrong {
             ),
             Wrong::Choice { blocks, .. } => write!(
                 formatter,
-                "several blocks are called by no other: {}; choose the one that is run",
+                "several blocks are not called by any other: {}; choose the one to run",
                 blocks.join(", ")
             ),
             Wrong::Other(what) => formatter.write_str(what),

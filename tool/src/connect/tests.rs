@@ -20,8 +20,8 @@ fn texts(proposal: &Proposal) -> Vec<&str> {
 fn ends_of_the_same_role_are_connected_and_pulses_drive_a_plant_that_takes_them() {
     let proposal = propose(&TestHome::default(), &member("C", "PID"), &member("P", "LAG")).unwrap();
     let expected = [
-        "C.UP -> P.HEAT: both are the pulses of the manipulated value",
-        "C.DOWN -> P.COOL: both are the pulses of the manipulated value",
+        "C.UP -> P.HEAT: both are pulses of the manipulated value",
+        "C.DOWN -> P.COOL: both are pulses of the manipulated value",
         "P.TEMP -> C.PV_IN: both are the process value, both in °C",
         "P.AT_TOP -> C.STOP_HIGH: both are the high stop",
     ];

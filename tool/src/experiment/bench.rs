@@ -82,12 +82,12 @@ impl<'a> Bench<'a> {
                 (switch, Drive::Pulses { names: [name(down), name(up)], stops, percent: f64::NAN }, None)
             }
             _ => bail!(
-                "{fmu} has no manual value that steps its output: move the actuator by hand and identify from the run"
+                "{fmu} has no manual value that steps its output: move the actuator manually, and identify from the run"
             ),
         };
         let process_value = roles
             .compared_process_value()
-            .with_context(|| format!("{fmu} does not say which of its variables is its process value"))?;
+            .with_context(|| format!("{fmu} does not specify which variable is its process value"))?;
         let values = session.state()?.values;
         let set = std::iter::once(name(switch)).chain(drive.settings().iter().cloned());
         let was = set.filter_map(|name| Some((name.clone(), *values.get(name.as_str())?))).collect();
@@ -333,7 +333,7 @@ impl<'a> Bench<'a> {
         if calls > MOST_CALLS / 2 {
             let seconds = calls as f64 * self.session.record(None)?.step();
             bail!(
-                "{} after {seconds:?} s: {what}; if the plant integrates, tick that below, and test again",
+                "{} after {seconds:?} s: {what}; if the plant integrates, tick that option below and test again",
                 self.process_value_name
             );
         }

@@ -54,17 +54,17 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     for way in [amplitude, -amplitude] {
         ensure!(
             bench.is_within(way)?,
-            "the manipulated value is {}, and {amplitude} more or less are beyond its limits: choose a smaller relay, or move it \
-             to the middle first",
+            "the manipulated value is {}, and {amplitude} more or less is beyond its limits: choose a smaller \
+             amplitude, or move the value to the middle first",
             bench.output
         );
     }
     let hysteresis = request.hysteresis.unwrap_or(4.0 * noise);
-    ensure!(hysteresis >= 0.0 && hysteresis.is_finite(), "the hysteresis is {hysteresis}: it has to be 0 or more");
+    ensure!(hysteresis >= 0.0 && hysteresis.is_finite(), "the hysteresis is {hysteresis}: it must be 0 or more");
     let (swing, sign, moved, found) = oscillate(bench, amplitude, level, hysteresis)?;
     let mut remarks = Vec::new();
     if moved < 0.99 * amplitude {
-        remarks.push(format!("The manipulated value moved by {moved} only: it is at a limit."));
+        remarks.push(format!("The manipulated value moved by only {moved}: it is at a limit."));
     }
     let mut responses: Vec<Response> = Vec::new();
     let mut period = found.max(SHORTEST);
@@ -99,8 +99,8 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     let Some(at) = between.or_else(beyond) else {
         let step = bench.session.record(None)?.step();
         bail!(
-            "the ultimate period is not between {} s and {} s, where it was looked for: the plant has too little dead time for calls \
-             every {step} s, or the noise is strong; make a step test instead",
+            "no ultimate period found between {} s and {} s: the plant has too little dead time for calls every \
+             {step} s, or there is too much noise; make a step test instead",
             responses.first().map_or(0.0, |response| response.period as f64 * step),
             responses.last().map_or(0.0, |response| response.period as f64 * step)
         );

@@ -27,7 +27,7 @@ pub(super) fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
     let size: usize = files.iter().map(|of| of.content.len() / 4 * 3).sum();
     ensure!(
         size <= LARGEST,
-        "the sources are larger than {} MiB: leave out what the program does not use",
+        "the sources are larger than {} MiB: leave out files that the program does not use",
         LARGEST >> 20
     );
     let (mut sources, mut tables): (Vec<Source>, Vec<(String, Tags)>) = (Vec::new(), Vec::new());
@@ -43,7 +43,7 @@ pub(super) fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
         match kind(file, || Some(source.text.clone())) {
             Kind::Source => {
                 let is_second = sources.iter().any(|other| other.file.eq_ignore_ascii_case(file));
-                ensure!(!is_second, "two sources are called {}: rename one", shortened(file));
+                ensure!(!is_second, "two sources are named {}: rename one", shortened(file));
                 sources.push(source);
             }
             Kind::Table => {

@@ -99,7 +99,7 @@ pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description
         let remarks = applied.tuned.iter().flat_map(|tuned| &tuned.remarks);
         let remarks: Vec<String> = remarks.map(|remark| format!("<li>{}</li>", Text(remark))).collect();
         if !remarks.is_empty() {
-            writeln!(page, "<p>Of {}:</p>\n<ul class=\"rest\">{}</ul>", Text(&applied.name), remarks.concat())?;
+            writeln!(page, "<p>Remarks on {}:</p>\n<ul class=\"rest\">{}</ul>", Text(&applied.name), remarks.concat())?;
         }
         let best = best(applied, &of.rows);
         if !best.is_empty() {
@@ -124,8 +124,8 @@ fn about(first: &Tuned, report: &Report, deviation: &str) -> String {
         format!(" It recovers when the process value stays within \u{b1}{} of the setpoint.", half.trim_end())
     });
     format!(
-        "The rules that were compared, with what is predicted with the plant of the model: {}, settled within 2 % of it; and a load of {size:+} % \
-         at the plant\u{2019}s input.{}",
+        "The compared rules, with their effects as predicted by the plant model: {}, settled within 2 % of it; and \
+         a load of {size:+} % at the plant\u{2019}s input.{}",
         step.trim_end(),
         recovered.unwrap_or_default()
     )
@@ -254,7 +254,7 @@ pub(super) fn before_and_after(
     let drawing = svg(&drawn(report, description, &forecasts, names))?;
     writeln!(
         page,
-        "<h2>The step before and after tuning</h2>\n<p class=\"about\">Predicted with the plant of the model, over {} s.</p>\n<figure>{drawing}</figure>",
+        "<h2>The step before and after tuning</h2>\n<p class=\"about\">Predicted with the plant model, over {} s.</p>\n<figure>{drawing}</figure>",
         short(duration)
     )?;
     let row = |figure: &figures::Figure| {

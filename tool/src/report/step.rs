@@ -248,11 +248,11 @@ fn verdict(predicted: &[(&'static str, f64)], run: &Figures) -> String {
     }
     let off: Vec<String> = JUDGED.iter().filter_map(off).collect();
     if off.is_empty() {
-        return "The run does what was predicted.".into();
+        return "The run agrees with the prediction.".into();
     }
     format!(
         "The run differs from the prediction: {}. The model does not hold for this step: limits, the dead band, short pulses, noise, or a \
-         plant that answers otherwise here. Identify it again with a step of this size around this setpoint.",
+         plant that responds differently here. Identify it again with a step of this size around this setpoint.",
         off.join(", ")
     )
 }

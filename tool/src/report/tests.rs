@@ -216,7 +216,7 @@ fn the_tuning_says_whether_other_settings_than_those_of_the_rule_are_in_force_an
     let told = with(1.0);
     assert!(told.contains("<p>These settings are in force.</p>") && !told.contains("instead"), "{told}");
     let told = with(2.0);
-    assert!(told.contains("Other settings than those of the rule are in force: GAIN 2 instead of 1.</p>"), "{told}");
+    assert!(told.contains("The settings in force differ from those of the rule: GAIN 2 instead of 1.</p>"), "{told}");
     // TI is the plant's lag: the open loop is GAIN K/(T s) = 0.3/s, which a call that is held for 0.5 s delays by half of that.
     let (rule, own) = told.split_once("instead of").unwrap();
     assert!(

@@ -105,18 +105,18 @@ fn in_force(
         writeln!(page, "<p>These settings are in force.</p>")?;
         return Ok(());
     }
-    writeln!(page, "<p>Other settings than those of the rule are in force: {}.</p>", Text(&others.join(", ")))?;
+    writeln!(page, "<p>The settings in force differ from those of the rule: {}.</p>", Text(&others.join(", ")))?;
     let controller = Member { name: report.of.name.clone(), fmu: fmu.into(), values };
     match bode::bode(home, &bode::BodeRequest { model: of.model, controller, others: Vec::new() }) {
         Ok(plot) => {
             let now = &plot.loops[0];
             if now.sensitivity.is_none() {
-                writeln!(page, "<p>With them the loop of this plant is unstable.</p>")?;
+                writeln!(page, "<p>With these settings, the loop with this plant is unstable.</p>")?;
             }
             facts(page, &margins([now.sensitivity, now.gain_margin, now.phase_margin]))
         }
         Err(error) => {
-            writeln!(page, "<p>They have no margins: {}.</p>", Text(&format!("{error:#}")))?;
+            writeln!(page, "<p>Their margins cannot be computed: {}.</p>", Text(&format!("{error:#}")))?;
             Ok(())
         }
     }

@@ -92,7 +92,7 @@ impl Wired {
         if let Some(wire) = wires.iter().find(|wire| wire.is_to(&reference))
             && act == Act::Write
         {
-            bail!("{name} is connected to {}, which sets it in each call: force it", names.full(&wire.from));
+            bail!("{name} is connected to {}, which sets it in each call: force it instead", names.full(&wire.from));
         }
         let table = self.tables[reference.member].as_deref();
         let value = fitting(table, &reference, name, value)?;

@@ -290,7 +290,7 @@ fn a_ramp_that_cannot_be_is_refused() {
     let home = TestHome::default();
     let mut session = started(&home);
     let cases = [
-        ("C.MAN_ON", 1.0, 1.0, "C.MAN_ON is Boolean: only a number can move evenly"),
+        ("C.MAN_ON", 1.0, 1.0, "C.MAN_ON is Boolean: only a number can be ramped"),
         ("C.SP", 1.0, -1.0, "a ramp of -1.0 s: the allowed range is 0 to 50000.0 s, 100000 calls"),
         ("C.SP", 1.0, f64::NAN, "a ramp of NaN s"),
         ("C.SP", 1.0, 1e9, "a ramp of 1000000000.0 s"),
@@ -377,11 +377,11 @@ fn names_may_hold_any_text() {
 fn a_request_makes_so_many_calls_and_no_more() {
     let home = TestHome::default();
     let mut session = Session::default();
-    assert_eq!(error(session.run(1)), "nothing runs: start a loop first");
+    assert_eq!(error(session.run(1)), "no loop is running: start one first");
     session.start(&home, setup("LAG")).unwrap();
     for calls in [0, MOST_CALLS + 1, usize::MAX] {
         let error = error(session.run(calls));
-        assert_eq!(error, format!("{calls} calls: a request makes 1 to 100000, ask again for more"));
+        assert_eq!(error, format!("{calls} calls: a request makes 1 to 100000; send another one for more"));
     }
     assert_eq!(session.run(MOST_CALLS).unwrap().calls, MOST_CALLS);
 }
