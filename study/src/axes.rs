@@ -45,7 +45,7 @@ pub(super) struct Target {
     pub time: Option<f64>,
     /// The minimum and maximum declared by the FMU.
     range: (Option<f64>, Option<f64>),
-    /// The factor applied to the axis' values, if these are relative.
+    /// The value by which the axis' values are multiplied, if these are relative.
     base: Option<f64>,
 }
 
@@ -91,7 +91,8 @@ impl Target {
         }
     }
 
-    /// Whether both set the same variable at the same time. Two names with one value reference are the same variable.
+    /// Whether both set the same variable at the same time. Two names with the same value reference denote the same
+    /// variable.
     fn is_same(&self, other: &Target) -> bool {
         self.is_variable(other.member, other.kind, other.reference) && self.time == other.time
     }
@@ -275,7 +276,7 @@ impl Axes {
     }
 }
 
-/// The system with values for the targets, replacing its own settings of them. A target without a value is not set.
+/// The system with values for the targets instead of its own settings of them. A target without a value is not set.
 pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: &[f64]) -> System {
     let is_replaced = |setting: &Setting| {
         // Unknown names are reported by the plan.
@@ -365,7 +366,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
     axis.variables.iter().map(target).collect()
 }
 
-/// The values of an axis, checked against every variable that gets them.
+/// The values of an axis, checked against every variable that receives them.
 fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<Values> {
     let number = |target: &Target, given: Value| {
         let value = match given {

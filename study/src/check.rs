@@ -77,7 +77,7 @@ impl Study {
     /// The number of runs that the axes span.
     ///
     /// # Errors
-    /// There are more than 10^9.
+    /// The axes span more than 10^9 runs.
     pub fn count(&self) -> Result<u64> {
         let lengths = self.lengths();
         let samples = self.runs_of_point();

@@ -13,7 +13,7 @@ use tempfile::SpooledTempFile;
 const PIECE: usize = 1 << 13;
 
 /// Numbers that are written once and read often. Up to a given size they are kept in memory, beyond it in an unnamed
-/// file that disappears when this is dropped.
+/// file that disappears when the store is dropped.
 #[derive(Debug)]
 pub(crate) struct Spill {
     /// Reading moves the file position; the `RefCell` allows it through a shared reference.
@@ -92,7 +92,7 @@ pub(crate) struct Columns {
     count: u64,
     /// Blocks of rows, each stored column by column.
     blocks: Spill,
-    /// The columns of the rows after the last block; all rows while there are few.
+    /// The columns of the rows after the last block; contains all rows while they are few.
     last: Vec<Vec<f64>>,
 }
 

@@ -1,7 +1,7 @@
 //! Rank correlations between distributions.
 //!
 //! The probabilities of all axes are mapped to standard normal numbers, mixed so that these correlate, and mapped back
-//! to probabilities: each axis keeps its distribution, whatever it is. For a rank correlation s, the normal numbers
+//! to probabilities: each axis keeps its distribution, of whatever kind. For a rank correlation s, the normal numbers
 //! have the correlation 2 sin(pi s / 6) (W. H. Kruskal, "Ordinal measures of association", Journal of the American
 //! Statistical Association 53, 1958). The mixing matrix is the Cholesky factor, so that an axis depends only on those
 //! before it.

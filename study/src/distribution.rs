@@ -2,7 +2,7 @@
 //!
 //! Values are drawn by inversion: a probability, uniformly distributed between 0 and 1, becomes the quantile for that
 //! probability. One probability yields one value, so that stratified and low-discrepancy sampling work for every
-//! distribution. Exponential and logarithm come from the crate `libm`, since those of the platforms differ.
+//! distribution. Exponential and logarithm are those of the crate `libm`, since platform implementations differ.
 
 use crate::Along;
 use libm::{erfc, exp, log};
@@ -13,9 +13,9 @@ use std::f64::consts::SQRT_2;
 pub enum Distribution {
     /// See [`Along::Uniform`].
     Uniform {
-        /// The least.
+        /// The minimum.
         min: f64,
-        /// The greatest.
+        /// The maximum.
         max: f64,
     },
     /// See [`Along::Normal`], without bounds.
@@ -51,11 +51,11 @@ pub enum Distribution {
     },
     /// See [`Along::Triangular`].
     Triangular {
-        /// The least.
+        /// The minimum.
         min: f64,
         /// The most likely value.
         mode: f64,
-        /// The greatest.
+        /// The maximum.
         max: f64,
     },
 }

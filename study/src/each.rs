@@ -24,7 +24,7 @@ pub struct Tuned {
     pub found: Vec<f64>,
     /// The present settings.
     pub now: Vec<f64>,
-    /// The minimized figure with the settings found and with the present ones; `None` where it has no value.
+    /// The minimized figure with the settings found and with the present ones; `None` if it has no value.
     pub figure: [Option<f64>; 2],
     /// The value of each constraint, with the settings found and with the present ones.
     pub constraints: Vec<[Option<f64>; 2]>,
@@ -43,7 +43,7 @@ impl Reading {
     /// The names of the loops in the table, or their numbers from 1.
     ///
     /// # Errors
-    /// There is no table, there are several that do not belong together, or the study is faulty.
+    /// The study has no table, has several that do not belong together, or is faulty.
     pub fn loops(&self) -> Result<Vec<String>> {
         let study = &self.job.study;
         study.check()?;

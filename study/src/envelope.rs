@@ -6,7 +6,7 @@ use crate::sampling::Permutation;
 use crate::summary::percentile;
 use anyhow::Result;
 
-/// The minimum and maximum number of runs in an envelope; they are run again for it.
+/// The minimum and maximum number of runs in an envelope, for which these runs are repeated.
 const RUNS: std::ops::RangeInclusive<u64> = 20..=200;
 
 /// The percentiles of a signal over the runs, at equidistant times.
@@ -57,7 +57,7 @@ impl Envelope {
             }
             Ok(())
         })?;
-        // Even without a process value to draw, the figures are compared.
+        // The runs are repeated even without a process value to draw, because `again` compares their figures.
         Ok(if times.is_empty() { None } else { Envelope::of_traces(times, &traces) })
     }
 

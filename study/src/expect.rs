@@ -93,7 +93,7 @@ impl Comparison {
         }
     }
 
-    /// The value that a run without the figure counts as in a percentile: the worst possible one.
+    /// The value counted in a percentile for a run that lacks the figure: the worst possible one.
     fn worst(self) -> f64 {
         match self {
             Comparison::Less | Comparison::AtMost => f64::INFINITY,
@@ -249,7 +249,7 @@ impl Expectation {
         }
     }
 
-    /// Whether all values in this interval respect the bound, or none does.
+    /// Whether either all values in this interval respect the bound, or none of them does.
     fn is_decided(&self, (low, high): (f64, f64)) -> bool {
         let holds = [low, high].map(|end| self.comparison.holds(end, self.bound));
         match self.comparison {

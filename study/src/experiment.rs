@@ -1,4 +1,4 @@
-//! Experiments: jobs with resolved names, which know the point of each run and compute its row.
+//! Experiments: jobs with resolved names, which determine the point of each run and compute its row.
 
 use crate::axes::{Axes, Target, varied};
 use crate::measures::{Measures, Traces};
@@ -53,7 +53,7 @@ pub enum Gives {
 
 /// A study that is ready to run.
 ///
-/// To run other points than its own, such as those of an optimizer, give the axes any values: they define the
+/// To run points other than its own, such as those of an optimizer, give the axes any values: they define the
 /// coordinates, and [`Executor::row`] accepts any values for these.
 #[derive(Clone, Debug)]
 pub struct Experiment {
@@ -75,7 +75,7 @@ pub struct Experiment {
     measures: Measures,
     /// The position in the plan of each coordinate's value.
     slots: Vec<Slot>,
-    /// The same plan, which also records what the system records.
+    /// The same plan, which also records the variables that the system records.
     recording: Plan,
 }
 
@@ -128,7 +128,7 @@ impl Experiment {
     /// An axis, variable or figure is wrong; the message names the remedy.
     pub fn new(job: &Job, descriptions: &[&Description], roles: Option<&Roles>) -> Result<Experiment> {
         let (system, study) = (&job.system, &job.study);
-        // A fault in the loop itself must not be blamed on an axis.
+        // An error in the loop itself must not be blamed on an axis.
         Plan::new(system, descriptions)?;
         let names = Names::new(system, descriptions)?;
         let axes = Axes::new(study, system, &names)?;
@@ -188,7 +188,7 @@ impl Experiment {
         results
     }
 
-    /// The point of a run: the values as its variables get them.
+    /// The point of a run: the values that its variables receive.
     ///
     /// # Panics
     /// The run does not exist.
@@ -248,7 +248,7 @@ pub struct Executor<C> {
     runs: Vec<Run<C>>,
     /// The traces of the last runs, in order.
     traces: Vec<Traces>,
-    /// Whether each run needs new instances, because reset ones compute something else.
+    /// Whether each run needs new instances, because reset ones compute different results.
     is_reset_wrong: bool,
 }
 
@@ -317,9 +317,9 @@ impl<C: Reset> Executor<C> {
         RunResult { figures, error: None }
     }
 
-    /// Executes the run of a point with new instances and records it: the signals of the loop, the variables that
-    /// figures are taken of, and what the system records. `receive` gets the recording in pieces. Returns the figures,
-    /// or `None` if an FMU ended the run.
+    /// Executes the run of a point with new instances and records it: the signals of the loop, the variables from which
+    /// figures are taken, and those that the system records. `receive` gets the recording in pieces. Returns the
+    /// figures, or `None` if an FMU ended the run.
     ///
     /// # Errors
     /// An FMU refuses, with the time, or `receive` fails.
@@ -352,8 +352,7 @@ impl<C: Reset> Executor<C> {
             |time, values| {
                 kept.push(time, values);
                 if let Some(before) = &before {
-                    // Figures refer to calls (see `master`): an output that is not connected is in the row of the next
-                    // time.
+                    // Figures refer to calls (see `master`): an output that is not connected appears in the next row.
                     for (place, value) in places.iter().zip(&mut row) {
                         *value = if plan.columns[*place].is_unread { values[*place] } else { before[*place] };
                     }
@@ -397,7 +396,7 @@ impl<C: Reset> Executor<C> {
         })
     }
 
-    /// Executes the runs of points, side by side as far as possible, and leaves their traces in `self`.
+    /// Executes the runs of points, side by side where possible, and leaves their traces in `self`.
     fn make(
         &mut self,
         points: &[Vec<f64>],

@@ -84,7 +84,7 @@ pub struct Axis {
     /// Whether the values of a distribution are rounded to integers.
     #[serde(default, skip_serializing_if = "is_false")]
     pub whole: bool,
-    /// Axes of the same group vary together: all take their first values, then their second, and so on.
+    /// Axes of the same group vary together: all use their first values, then their second, and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     /// The names of the loops to which the values belong, one for each; may be empty.
@@ -126,9 +126,9 @@ pub enum Along {
     },
     /// A uniform distribution.
     Uniform {
-        /// The least.
+        /// The minimum.
         min: f64,
-        /// The greatest.
+        /// The maximum.
         max: f64,
     },
     /// The normal distribution, truncated at `min` and `max` if given.
@@ -153,11 +153,11 @@ pub enum Along {
     },
     /// The triangular distribution: its density rises from `min` to `mode` and falls to `max`.
     Triangular {
-        /// The least.
+        /// The minimum.
         min: f64,
         /// The most likely value.
         mode: f64,
-        /// The greatest.
+        /// The maximum.
         max: f64,
     },
 }
@@ -217,9 +217,9 @@ pub struct Taken {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Take {
-    /// The least.
+    /// The minimum.
     Min,
-    /// The greatest.
+    /// The maximum.
     Max,
     /// The mean over the steps.
     Mean,

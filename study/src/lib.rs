@@ -109,7 +109,7 @@ impl io::Write for Writer<'_> {
     }
 }
 
-/// The user has interrupted a command; contains how to continue it.
+/// The user interrupted a command; the string explains how to continue it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Interrupted(pub String);
 
@@ -124,7 +124,7 @@ impl Error for Interrupted {}
 /// Opens a study as named by the user: a study.toml, or the study.json of a bundle.
 ///
 /// # Errors
-/// The file is faulty; the message gives line and column.
+/// The file is faulty; the message contains line and column.
 pub fn open(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<read::Reading> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
         ensure!(fmus.is_none(), "{} is a bundle, which has its own FMUs: omit --fmus", path.display());

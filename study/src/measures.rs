@@ -1,4 +1,4 @@
-//! The variables that a study records of a run, and the figures computed from them.
+//! The variables that a study records in each run, and the figures computed from them.
 
 use crate::experiment::traced;
 use crate::results::{Aspect, Quantity};
@@ -11,7 +11,7 @@ use run::plan::{Names, Plan, Reference};
 use run::subject::About;
 use run::system::{Exchange, System};
 
-/// The figures of a study, and the variables they are computed from.
+/// The figures of a study, and the variables from which they are computed.
 #[derive(Clone, Debug)]
 pub(super) struct Measures {
     /// The variables to record, `FMU.VARIABLE`, without duplicates, in the order of the columns.
@@ -38,13 +38,13 @@ struct Loop {
     process_value: usize,
     manipulated_value: Option<usize>,
     pulses: Vec<usize>,
-    /// The column of the manual mode switch, if it moves.
+    /// The column of the manual mode switch, if it is connected or set during a run.
     manual: Option<usize>,
-    /// The first step that contains outputs of a call.
+    /// The first step whose row contains the outputs of a call.
     first: usize,
 }
 
-/// The recording of a run, reused for one run after another.
+/// The recording of a run, reused from run to run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Traces {
     /// The start times of the steps, including those after the run.
@@ -104,7 +104,7 @@ impl Take {
         }
     }
 
-    /// Takes this value of a variable's recorded values.
+    /// Computes this value from a variable's recorded values.
     fn apply(self, values: &[f64]) -> f64 {
         match self {
             Take::Min => extreme(values, f64::INFINITY, |value, least| value < least),
@@ -348,7 +348,7 @@ impl Measures {
     }
 }
 
-/// The loop's signals: those given, else those of the first member's roles.
+/// The loop's signals: those given, else those according to the first member's roles.
 fn signals(given: &Signals, first: &str, roles: Option<&Roles>) -> Signals {
     // The roles of a plant name its inputs and outputs, not the signals of a loop.
     let Some(roles) = roles.filter(|roles| roles.setpoint.is_some()) else { return given.clone() };

@@ -26,7 +26,7 @@ use std::sync::Arc;
 /// The number of rows in a row group of Parquet.
 const ROW_GROUP: u64 = 1 << 17;
 
-/// The number of CSV lines produced from one piece of each column.
+/// The number of CSV lines written from one piece of each column.
 const LINES: usize = 1 << 12;
 
 /// The column for the names of loops; names of coordinates contain a dot.

@@ -34,7 +34,7 @@ const MOST_IN_MEMORY: usize = 1 << 23;
 /// The number of bytes of a part read at once.
 const PIECE: u64 = 1 << 16;
 
-/// The age at which rows are written as a part: a duration or, if longer, the study's elapsed time divided by the
+/// The age at which rows are written as a part: this duration or, if longer, the study's elapsed time divided by this
 /// number.
 const LATEST: (Duration, u32) = (Duration::from_secs(1), 100);
 
@@ -241,7 +241,7 @@ impl Parts {
         self.files.is_empty()
     }
 
-    /// The runs below `count` that are in no part.
+    /// The runs below `count` that no part contains.
     pub fn missing(&self, count: u64) -> Vec<Range<u64>> {
         let (mut missing, mut next) = (Vec::new(), 0);
         for (first, end) in self.files.keys() {

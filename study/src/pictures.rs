@@ -264,7 +264,7 @@ fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &
     Some(format!("{} is {word} at {}", figure.name, at.collect::<Vec<_>>().join(" and ")))
 }
 
-/// The curves of some runs in one chart: the controlled signals above what the controller does, in front of the
+/// The curves of some runs in one chart: the controlled signals above the controller's outputs, in front of the
 /// `envelope` of many runs. `values` are the figures of the `runs`, each with a word such as `worst`, and the name of
 /// its loop if there are `loops`; `absent` of all `count` runs lack the figure. Times outside the figures' window are
 /// shaded, and the band in which the first run counts as settled is marked. `None` if no signal of the loop is
@@ -376,7 +376,7 @@ pub fn curves(
     }
     let window = shown_window.filter(|(from, to)| Some(from) != times.first() || Some(to) != times.last());
     let over = window.map(|_| "time in s; the figures are of what is not shaded".to_string());
-    // Stairs, as without this title.
+    // Uses `time_label` rather than `over`, which would draw straight lines instead of stairs.
     let chart = Chart { title, time: times.to_vec(), time_label: over, panels, lanes, window, ..Chart::default() };
     plot::svg(&chart).context("the curves cannot be drawn").map(Some)
 }

@@ -2,7 +2,8 @@
 //! worker makes them.
 //!
 //! A worker that crashes, or makes no row within the time limit, is replaced. Its current run is repeated once by a
-//! worker that keeps the output of FMUs; if that fails too, the run's row has the reason, and the other runs continue.
+//! worker that keeps the output of FMUs; if that fails too, the run's row contains the reason, and the other runs
+//! continue.
 
 use crate::Job;
 use crate::experiment::{Detail, Experiment, Gives};
@@ -40,7 +41,7 @@ pub struct Options {
     pub jobs: usize,
     /// The time limit for one run.
     pub limit: Duration,
-    /// Stops the pool from making runs when it becomes true.
+    /// Stops the pool when it becomes true.
     pub interrupted: Arc<AtomicBool>,
     /// Whether each run needs new instances; if `None`, the first worker determines it.
     pub renews: Option<bool>,
@@ -147,7 +148,7 @@ impl Pool {
                 experiment.warnings.extend(warning);
                 slots[0].worker = Some(worker);
             }
-            // Unknown. Unless it was an interruption, the runs will show why.
+            // The outcome is unknown. Unless the user interrupted, the runs will show the reason.
             Err(_) => starter.renews = true,
         }
         Ok(Pool { experiment, tables, starter, slots, printed: Mutex::default() })
@@ -168,7 +169,7 @@ impl Pool {
         self.starter.renews
     }
 
-    /// How an FMU crashed or was stopped, and what it printed last; `None` if that did not happen.
+    /// How an FMU crashed or was stopped, and its last output; `None` if that did not happen.
     pub fn printed(&self) -> Option<String> {
         let printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
         printed.as_ref().map(|(_, text)| text.clone())
@@ -180,7 +181,7 @@ impl Pool {
     }
 
     /// Makes `count` runs. `point` returns the point of each by its index, from 0; `each` receives the rows in order.
-    /// After an interruption it receives those that exist, with gaps.
+    /// After an interruption, it receives those that exist, with gaps.
     ///
     /// # Errors
     /// A worker cannot be started, or `each` fails.

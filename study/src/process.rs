@@ -82,8 +82,8 @@ impl Worker {
         self.0.witness.member().and_then(|at| starter.members.get(at)).map(String::as_str)
     }
 
-    /// Makes runs. `each` receives the rows, whose points are removed from `points`. Returns why the process ended if
-    /// it did so before all rows were made.
+    /// Makes runs. `each` receives the rows, whose points are removed from `points`. If the process ended before all
+    /// rows were made, returns the reason.
     pub fn rows(
         &mut self,
         points: &mut Vec<Vec<f64>>,

@@ -46,7 +46,7 @@ pub struct Reading {
     pub job: Job,
     /// The folder of the FMUs, relative to that of the file, if one was given.
     pub fmus: Option<String>,
-    /// The axes whose rows come from a file, by index.
+    /// The axes whose rows were read from a file, by index.
     pub tables: Vec<(usize, Rows)>,
     /// Whether each run needs new instances; unknown for a file written by a user.
     pub renews: Option<bool>,
@@ -84,13 +84,13 @@ fn located(source: &Source, tables: &[(usize, Rows)], mut error: Error) -> Error
         Some(Subject::Part(keys)) => keys.clone(),
         None => Vec::new(),
     };
-    // Any problem with an axis that comes from a file is a problem with the contents of that file.
+    // Any problem with an axis read from a file is a problem with the contents of that file.
     let is_of = |(axis, _): &&(usize, Rows)| keys.starts_with(&["axes".into(), (*axis).into()]);
     if let Some((_, rows)) = tables.iter().find(is_of) {
         keys.splice(2.., ["file".into()]);
         error = error.context(rows.path.display().to_string());
     }
-    // Any other problem comes from the loop.
+    // Any other problem is in the loop.
     let place = file::find(source, &keys).or_else(|| file::find(source, &["loop".into()]));
     error.context(place.map_or_else(|| source.file.clone(), |place| place.to_string()))
 }
@@ -174,7 +174,7 @@ impl AxisOf {
 /// in [`file::read`].
 ///
 /// # Errors
-/// The file is faulty; the message gives file, line and column.
+/// The file is faulty; the message contains file, line and column.
 pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<Reading> {
     let reader = Reader::open(path, fmus, parameters)?;
     let content: Content = reader.content()?;

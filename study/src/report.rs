@@ -1,5 +1,5 @@
 //! Writes the results of a study: a page, a JSON file, pictures, and the text that the command prints. None of it
-//! contains the time or the machine of the runs, so that the same study yields the same bytes everywhere.
+//! depends on when or where the runs were made, so that the same study yields the same bytes everywhere.
 
 mod what;
 
@@ -94,7 +94,7 @@ pub fn curves_wanted(summary: &Summary, main: Option<usize>) -> Vec<u64> {
     wanted
 }
 
-/// The runs of a distribution that have a name.
+/// The runs of a distribution that the report names.
 fn chosen(of: &Distribution) -> Vec<(&'static str, u64)> {
     let named = [("worst", of.worst.first().copied()), ("median", of.middle), ("best", of.best)];
     named.into_iter().filter_map(|(name, run)| Some((name, run?))).collect()
@@ -230,7 +230,7 @@ pub(crate) fn printable(text: &str) -> String {
     text.chars().map(|letter| if is_forbidden(letter) { '\u{fffd}' } else { letter }).collect()
 }
 
-/// A string as the page shows it, with units such as °C, as in the pictures.
+/// A string as displayed on the page, with units such as °C, as in the pictures.
 fn seen(text: &str) -> String {
     printable(&units::shown(text))
 }

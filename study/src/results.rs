@@ -16,7 +16,7 @@ pub struct Quantity {
     pub name: String,
     /// Its unit, if it has one.
     pub unit: Option<String>,
-    /// For a figure of a single variable: the variable, and what it is of it.
+    /// For a figure of a single variable: the variable, and what the figure measures about it.
     #[serde(skip)]
     pub of: Option<(String, Aspect)>,
 }
@@ -26,7 +26,7 @@ pub struct Quantity {
 pub enum Aspect {
     /// A value taken over the run.
     Taken(Take),
-    /// The time outside of its limits.
+    /// The time outside its limits.
     Violation,
 }
 
@@ -36,7 +36,7 @@ impl Quantity {
         Quantity { name: name.into(), unit: unit.map(Into::into), of: None }
     }
 
-    /// Whether low values of the figure are better, as of all figures of a loop.
+    /// Whether low values of the figure are better, as for all loop figures.
     pub fn is_lower_better(&self) -> bool {
         !matches!(self.of, Some((_, Aspect::Taken(Take::Min))))
     }
@@ -93,8 +93,8 @@ impl Results {
         Results { coordinates, figures, columns, loops: None, errors: BTreeMap::new() }
     }
 
-    /// Keeps the file in this folder instead of that for temporary files, which may be small or in memory. The results
-    /// must be empty.
+    /// Keeps the file in this folder instead of the one for temporary files, which may be small or in memory. The
+    /// results must be empty.
     pub fn kept_in(self, folder: &Path) -> Results {
         self.within(MOST_VALUES, folder)
     }

@@ -1,7 +1,7 @@
 //! The samples of the distributions: a function only of the seed, the axis and the sample index.
 //!
-//! - Random: the samples of an axis are words of a ChaCha8 key stream, with a key made of seed and axis; the sample
-//!   index is the position in the stream. An axis appended after the others does not change their samples.
+//! - Random: the samples of an axis are words of a ChaCha8 key stream, with a key derived from seed and axis; the
+//!   sample index is the position in the stream. An axis appended after the others does not change their samples.
 //! - Latin hypercube (M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21, 1979): sample `s` of an axis lies at
 //!   a random position in stratum `p(s)`, with as many strata as samples. The permutation `p` is a Feistel network with
 //!   cycle walking (J. Black, P. Rogaway, "Ciphers with Arbitrary Finite Domains", CT-RSA 2002): nothing is stored, and
@@ -98,7 +98,7 @@ impl Sampler {
     }
 }
 
-/// A number of the Sobol sequence: the middle of the interval of width 2^-23 that the crate's number stands for.
+/// A number of the Sobol sequence: the middle of the interval of width 2^-23 that the crate's number represents.
 fn sobol(seed: u32, sample: u64, dimension: usize) -> f64 {
     f64::from(sobol_burley::sample(sample as u32, dimension as u32, seed)) + 0.5 / f64::from(1 << 23)
 }

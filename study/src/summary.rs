@@ -52,13 +52,13 @@ pub struct Distribution {
     pub figure: Quantity,
     /// The number of runs in which it is finite.
     pub count: u64,
-    /// The least value.
+    /// The minimum.
     pub min: Option<f64>,
     /// The values of the percentiles [`PERCENTS`], each after its percentage.
     pub percentiles: Vec<(f64, f64)>,
     /// The 95 % confidence intervals of the percentiles among all machines; `None` where there are too few runs.
     pub intervals: Vec<Option<(f64, f64)>>,
-    /// The greatest value.
+    /// The maximum.
     pub max: Option<f64>,
     /// The mean.
     pub mean: Option<f64>,
@@ -129,11 +129,11 @@ fn ascending(values: &[f64]) -> Vec<u32> {
     order
 }
 
-/// The runs in ascending order of each coordinate, needed for each figure. With many runs and coordinates they are in a
-/// file.
+/// The runs in ascending order of each coordinate, needed for each figure; kept in a file if there are many runs and
+/// coordinates.
 struct Orders {
     runs: Spill,
-    /// For each coordinate, where its order starts, and its length.
+    /// For each coordinate, the position at which its order starts, and its length.
     places: Vec<(u64, usize)>,
 }
 

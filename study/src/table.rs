@@ -25,7 +25,7 @@ pub struct Rows {
     pub path: PathBuf,
     /// The variables, their values in each row, and the names of the loops, if the file has them.
     pub axis: Axis,
-    /// The parameter file that the rows come from, if any.
+    /// The parameter file from which the rows were read, if any.
     pub source: Option<Source>,
     /// Remarks about the file for the user.
     pub remarks: Vec<String>,
@@ -34,7 +34,7 @@ pub struct Rows {
 /// A parameter file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
-    /// The name of the FMU that gets the values.
+    /// The name of the FMU that receives the values.
     pub fmu: String,
     /// The loops, one for each row.
     pub loops: Vec<Loop>,

@@ -1,8 +1,8 @@
 //! Tuning of a controller for a set of plants: the problem that `plcfmu tune-study` solves.
 //!
 //! The axes of a study span the plants. A *candidate* has a value for each [`Search`] variable; it is run with every
-//! plant. Its *objective* is the figure [`Tune::minimize`], taken [`Over`] the plants. A constraint has to hold for
-//! every plant.
+//! plant. Its *objective* is the figure [`Tune::minimize`], taken [`Over`] the plants. A constraint must hold for every
+//! plant.
 //!
 //! Candidates are compared by Deb's rule: a feasible candidate beats an infeasible one; of two feasible ones, the lower
 //! objective wins; of two infeasible ones, the lower violation. The violation is the sum over the constraints of the
@@ -28,7 +28,7 @@ pub use search::{Outcome, search};
 /// The number of significant digits in a searched value.
 const DIGITS: i32 = 5;
 
-/// The maximum number of search variables: each one makes a simplex need many more evaluations.
+/// The maximum number of search variables: with each one, a simplex needs many more evaluations.
 const MOST_VARIABLES: usize = 12;
 
 /// The name of the figure for the maximum sensitivity.
@@ -274,7 +274,7 @@ impl Constraint {
             return 0.0;
         }
         let excess = self.beyond(value) / self.scale();
-        // Even the bound itself may violate it, by the smallest possible amount.
+        // Even the bound itself may violate the constraint (`<`), by the smallest possible amount.
         if excess.is_nan() { f64::INFINITY } else { excess.max(1e-9) }
     }
 
@@ -327,7 +327,7 @@ impl Candidate {
     pub fn new(problem: &Problem, values: Vec<f64>, rows: Vec<RunResult>) -> Candidate {
         let figure = |number: usize| -> Vec<f64> { rows.iter().map(|row| row.figures[number]).collect() };
         let counted = |number: usize| problem.over.combine(&figure(number));
-        // An unknown figure counts as worse, the more plants lack it.
+        // An unknown figure counts as worse the more plants lack it.
         let unknown = |number: usize| {
             let values = figure(number);
             values.iter().filter(|value| !value.is_finite()).count() as f64 / values.len().max(1) as f64

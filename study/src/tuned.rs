@@ -35,8 +35,8 @@ impl Found<'_> {
         &self.outcome.candidates[self.outcome.best]
     }
 
-    /// The constraints that prevent a better figure, and those that the present settings violate, which may explain a
-    /// better figure of theirs; `None` if there are none.
+    /// The constraints that prevent a better figure, and those that the present settings violate, which may be why
+    /// their figure is better; `None` if there are none.
     pub(crate) fn of_constraints(&self) -> Option<String> {
         let one = |constraint: &Constraint| {
             let text = &constraint.0.text;

@@ -5,8 +5,7 @@
 //!      <--Reply---- standard output
 //! ```
 //!
-//! There is one thread for the FMUs. Rows are sent a few milliseconds after they were made at the latest, so that a crash loses
-//! few of them.
+//! There is one thread for the FMUs. Rows are sent within a few milliseconds, so that a crash loses few of them.
 
 use crate::Job;
 use crate::experiment::{Detail, Executor, Experiment, Gives};
@@ -65,15 +64,15 @@ pub enum WorkerRequest {
 }
 
 /// The block of an FMU, linked into this program. If the FMU's library was compiled from the same code, an instance
-/// computes the same bits as one behind the C interface, and fails with the same messages.
+/// computes the same bits as one called through the C interface, and fails with the same messages.
 #[derive(Clone, Debug)]
 pub struct Linked {
     /// Its table.
     pub table: Table,
     /// The description in the FMU's library, for another process.
     pub interface: String,
-    /// The hash of the code it is compiled from. A library that contains the same hash computes the same; the GUID says
-    /// nothing about the law.
+    /// The hash of the code from which it was compiled. A library that contains the same hash computes the same bits;
+    /// the GUID does not identify the law.
     pub code: Option<&'static str>,
     /// Creates an instance with a name.
     pub instantiate: fn(&str) -> Result<Box<dyn Reset>>,
@@ -122,7 +121,7 @@ pub fn table(interface: &str) -> Result<Table> {
     Ok(Interface::parse(interface)?.table)
 }
 
-/// Creates the experiment of a job: identical in the worker and in the process that distributes the points.
+/// Creates the experiment of a job; it is identical in the worker and in the process that distributes the points.
 ///
 /// # Errors
 /// The job is faulty.
@@ -135,7 +134,7 @@ pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table
 /// they run in this process without their libraries.
 ///
 /// # Errors
-/// There is no standard output, or the main process has ended.
+/// Standard output is missing, or the main process has ended.
 pub fn run(folder: &Path, find: Find) -> Result<()> {
     serve(folder, |channel| {
         let Some(WorkerRequest::Begin { job, is_prompt, renews, exact_door }) = channel.next()? else {

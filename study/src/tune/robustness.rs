@@ -3,9 +3,10 @@
 //!
 //! This requires a model of each plant. The loop is therefore run in manual mode, without its events; the manual value
 //! steps, and the process value is recorded: its response from call to call is the plant, see [`margins`]. The gain is
-//! that from the manual value to the process value as the controller sees it; it includes the block's processing of the
-//! manual value, everything between the FMUs, and pulses with an actuator. Pulses with a period longer than the time
-//! between two calls count by their mean. If the process value is noisy, a lag with dead time is identified instead.
+//! measured from the manual value to the process value as seen by the controller; it includes the block's processing of
+//! the manual value, everything between the FMUs, and pulses with an actuator. Pulses with a period longer than the
+//! time between two calls are represented by their mean. If the process value is noisy, a lag with dead time is
+//! identified instead.
 //!
 //! The controller is the law computed in each call, see [`Law`], with the candidate's GAIN, TI, TD and TM_LAG.
 
@@ -30,7 +31,7 @@ const SHARE: f64 = 0.1;
 /// The relative noise in a recording above which the plant is identified as a lag with dead time.
 const NOISE: f64 = 0.005;
 
-/// The step of the manual value by which the plants are identified.
+/// The step of the manual value that identifies the plants.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {
@@ -184,7 +185,7 @@ impl Linear {
     /// Ms with a plant, for settings of the controller that override the loop's; infinite if the loop is unstable.
     ///
     /// # Errors
-    /// These settings have no linear form, with the reason.
+    /// These settings have no linear form; the message names the reason.
     pub fn sensitivity(&self, plant: &Plant, settings: &Values) -> Result<f64> {
         let margins = margins::compute(plant, &self.law(settings)?, self.delay_of_pulses(settings));
         Ok(margins.sensitivity.unwrap_or(f64::INFINITY))
@@ -201,7 +202,7 @@ impl Linear {
         };
         let (manual, process_value) = (place(&of.manual)?, place(&of.process_value)?);
         let seen = &recording.columns[process_value];
-        // An input is in the row of its call; an output may be in that of the next time.
+        // An input appears in the row of its call; an output may appear in the next row.
         let late = usize::from(seen.is_before_step || seen.is_unread);
         let output: Vec<f64> = recording.column(process_value).skip(late).collect();
         let input: Vec<f64> = recording.column(manual).take(output.len()).collect();
@@ -239,7 +240,7 @@ impl Linear {
         period.or(self.with(settings).own_period()).unwrap_or_default()
     }
 
-    /// The name under which [`sensitivity`](Linear::sensitivity) takes a variable of the loop: the bare name for a
+    /// The name under which [`sensitivity`](Linear::sensitivity) accepts a variable of the loop: the bare name for a
     /// variable of the controller, `FMU.NAME` for the pulse former's period, `None` otherwise.
     pub fn own_name<'a>(&self, variable: &'a str) -> Option<&'a str> {
         let is_period = self.period.as_ref().is_some_and(|(name, _)| name == variable);
@@ -279,7 +280,7 @@ impl Linear {
 const SENSITIVITY_UNKNOWN: &str = "Ms is not known for it; remove the constraint of ms, and bound overshoot instead";
 
 impl Identification {
-    /// For each coordinate of a study's point, whether this job's points have it.
+    /// For each coordinate of a study's point, whether this job's points contain it.
     pub fn is_in_point(job: &Job) -> Vec<bool> {
         job.study.axes.iter().flat_map(|axis| axis.variables.iter().map(|_| axis.time.is_none())).collect()
     }

@@ -27,7 +27,7 @@ const ITERATIONS: u64 = 300;
 const EDGE: f64 = 0.1;
 /// The number of simplices that search for the best settings.
 const STARTS: usize = 3;
-/// The number of times that the best settings start a new, smaller simplex.
+/// The number of new, smaller simplices started from the best settings.
 const RESTARTS: usize = 3;
 /// The number of bounds on the second figure that fill the front.
 const LEVELS: usize = 14;
@@ -148,7 +148,7 @@ where
         self.known.get(&key(&self.values(place))).map(|number| &self.candidates[*number])
     }
 
-    /// Evaluates the unknown ones among the candidates, up to `limit` candidates in total.
+    /// Evaluates those of the `wanted` candidates that are unknown, up to `limit` candidates in total.
     fn add(&mut self, wanted: Vec<Vec<f64>>, limit: usize) -> Result<()> {
         let mut batch: Vec<Vec<f64>> = Vec::new();
         for values in wanted {
@@ -313,7 +313,7 @@ where
         }
     }
 
-    /// The best candidate not in `but`; the first of equals.
+    /// The best candidate not in `but`; among equals, the first.
     fn best(&self, aim: &Aim, but: &[usize]) -> usize {
         let costs = self.candidates.iter().enumerate().filter(|(number, _)| !but.contains(number));
         let costs = costs.map(|(number, candidate)| (number, self.cost(aim, candidate)));
