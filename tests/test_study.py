@@ -259,7 +259,7 @@ def test_an_fmu_that_fails_costs_its_own_run(study, with_faulty, tmp_path):
     done = study("--out=out", "--format=csv", file="faults.toml", fmus=with_faulty)
     assert done.returncode == 0, done.stderr
     assert "warning: 6 of 8 runs failed; the first is run 1: P crashed: signal 6 (abort), twice" in done.stderr
-    assert "warning: P crashed: signal 6 (abort); it has printed: a step / a step / a step" in done.stderr
+    assert "warning: P crashed: signal 6 (abort); it printed: a step / a step / a step" in done.stderr
     errors = [row["error"] for row in rows(tmp_path / "out/runs.csv")]
     assert errors[:2] == ["", "P crashed: signal 6 (abort), twice"]
     assert errors[2].startswith("P: ") and errors[2].endswith("the sensor is broken")
@@ -302,7 +302,7 @@ def test_a_percentile_of_samples_is_met_only_if_its_whole_interval_is(samples, s
         assert told["interval"] == binomial_bounds(values, share), text
         is_decided = samples >= needed
         assert (told["met"], told["undecided"]) == (is_decided, not is_decided), text
-        assert is_decided or f"undecided: {text}: 20 runs do not decide it" in done.stdout
+        assert is_decided or f"undecided: {text}: 20 runs cannot decide this" in done.stdout
         assert is_decided or told["problem"].endswith("at least 72 runs are needed")
     [figure] = [figure for figure in summary["figures"] if figure["name"] == "P.TEMP.max"]
     for name, share in [("p5", 0.05), ("p50", 0.5), ("p95", 0.95)]:
@@ -320,7 +320,7 @@ def test_a_study_that_was_interrupted_goes_on(study, with_faulty, tmp_path):
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate()
     assert process.returncode == 130
-    assert "an FMU computes something else after a reset than a new instance does" in errors
+    assert "an FMU computes different results after a reset than a new instance does" in errors
     # The third run never returns. The second may not have been sent before.
     kept = r"interrupted: [12] of 3 runs are kept; the same command with --resume makes the others"
     assert re.search(kept, errors), errors
@@ -360,7 +360,7 @@ def test_results_of_another_study_are_not_taken_for_those_of_this_one(study, tmp
     first = contents(tmp_path / "out")
     (tmp_path / "study.toml").write_text(STUDY.replace("seed = 7", "seed = 8"))
     done = study("--out=out", "--format=csv", "--resume")
-    assert done.returncode == 1 and "out has the results of another study" in done.stderr
+    assert done.returncode == 1 and "out contains the results of another study" in done.stderr
     assert contents(tmp_path / "out") == first and not (tmp_path / "out/parts").exists()
 
 

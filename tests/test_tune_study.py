@@ -147,7 +147,7 @@ def test_without_settings_that_keep_the_constraints_the_exit_code_is_1_and_nothi
         ('minimize = "iae"', 'minimize = "isa"', "no figure isa"),
         ('variable = "CONT_C.TI"', 'variable = "CONT_C.TII"', "CONT_C has no variable TII: is it TI?"),
         ('variable = "CONT_C.TI"', 'variable = "CONT_C.P_SEL"', "it is neither a Real nor an Integer"),
-        ('variable = "CONT_C.TI"', 'variable = "HEATER.RISE"', "is searched and is a variable of an axis"),
+        ('variable = "CONT_C.TI"', 'variable = "HEATER.RISE"', "is both searched and varied by an axis"),
     ],
 )
 def test_a_study_that_cannot_be_searched_is_refused_with_what_is_wrong(run, tmp_path, old, new, message):

@@ -169,7 +169,7 @@ impl Axes {
                         let is_of = |axis: &usize| axes.coordinates(*axis).contains(&other);
                         let other = (0..axes.axes.len()).find(is_of).unwrap_or_default();
                         let label = study.axes[other].label(other);
-                        bail!("{} is varied by {label} too: leave it in one of them", target.coordinate().name);
+                        bail!("{} is varied by {label} too: keep it in only one of them", target.coordinate().name);
                     }
                 }
                 let values = values(axis, &targets, &mut distributions)?;
@@ -334,7 +334,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
             return Ok(Target::new(names, &found, axis.time, None));
         }
         if found.kind == Type::Boolean {
-            bail!("{name} is Boolean, which has no factors: leave relative out and write values = [false, true]");
+            bail!("{name} is Boolean, which has no factors: omit relative and write values = [false, true]");
         }
         let key = (found.member, found.kind, found.variable.value_reference);
         // The value in effect when the axis sets its own: the setting at the same time, else the last one before, else
@@ -358,7 +358,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
         match base {
             None => bail!("{name} has no start value that factors could multiply: set it in the loop"),
             Some(0.0) => bail!(
-                "{name} is 0 in the loop, and so with every factor: leave relative out, or set another value in the loop"
+                "{name} is 0 in the loop, so any factor leaves it 0: omit relative, or set another value in the loop"
             ),
             base => Ok(Target::new(names, &found, axis.time, base)),
         }
@@ -411,7 +411,7 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
             if let Some(target) = targets.iter().find(|target| !fits(target)) {
                 let whole = if target.kind.whole().is_some() { "add whole = true, or " } else { "" };
                 bail!(
-                    "{} is {}, and distributions give fractions: {whole}write its values as a list, values = [...]",
+                    "{} is {}, and distributions yield fractions: {whole}write its values as a list, values = [...]",
                     target.name,
                     target.kind.name()
                 );

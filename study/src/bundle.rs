@@ -78,7 +78,7 @@ pub fn open(path: &Path) -> Result<Reading> {
     let version: Versioned = serde_json::from_slice(&text).with_context(|| format!("{shown} is not a bundle"))?;
     ensure!(version.version == VERSION, "{shown} has the format {}, not {VERSION}: {again}", version.version);
     let content: Content = serde_json::from_slice(&text)
-        .with_context(|| format!("{shown} is damaged or was written by another plcfmu: {again}"))?;
+        .with_context(|| format!("{shown} is damaged or was written by another version of plcfmu: {again}"))?;
     let mut job = content.job;
     for member in &mut job.system.members {
         member.path = path.with_file_name("").join(&member.path);

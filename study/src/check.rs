@@ -35,8 +35,8 @@ impl Study {
         if distributions == 0 && self.samples > 1 {
             bail_at!(
                 "samples",
-                "samples = {}, but no axis has a distribution: leave samples out, or give an axis uniform, normal, log_normal \
-                 or triangular",
+                "samples = {}, but no axis has a distribution: omit samples, or give an axis uniform, normal, \
+                 log_normal or triangular",
                 self.samples
             );
         }
@@ -50,8 +50,8 @@ impl Study {
         if is_saltelli && self.axes.iter().any(|axis| axis.along.length() > 1) {
             bail_at!(
                 "sampling",
-                "sampling = \"saltelli\" is for distributions alone, and an axis has several values: make a study for each of them, or \
-                 give the axis a distribution"
+                "sampling = \"saltelli\" works only with distributions, but an axis has several values: make a study \
+                 for each of them, or give the axis a distribution"
             );
         }
         if distributions > 0 && (is_saltelli || self.sampling == Sampling::Sobol) {
@@ -59,14 +59,15 @@ impl Study {
             if self.samples > SOBOL_SAMPLES {
                 bail_at!(
                     "samples",
-                    "samples = {}: a Sobol sequence has {SOBOL_SAMPLES} at most; take fewer, or sampling = \"latin_hypercube\"",
+                    "samples = {}: a Sobol sequence has {SOBOL_SAMPLES} at most; use fewer, or sampling = \
+                     \"latin_hypercube\"",
                     self.samples
                 );
             }
             if distributions > most {
                 bail_at!(
                     "sampling",
-                    "{distributions} axes have distributions: a Sobol sequence has {most} at most; take fewer, or \
+                    "{distributions} axes have distributions: a Sobol sequence has {most} at most; use fewer, or \
                      sampling = \"latin_hypercube\""
                 );
             }
@@ -93,7 +94,7 @@ impl Study {
                     .collect();
                 bail_at!(
                     "axes",
-                    "the axes span {} runs, a study has {MOST_RUNS} at most: take fewer values or samples",
+                    "the axes span {} runs, but a study has {MOST_RUNS} at most: use fewer values or samples",
                     factors.join(" x ")
                 )
             }
@@ -128,13 +129,13 @@ impl Study {
         if let Some(before) = before.filter(|_| !axis.names.is_empty()) {
             let (other, place) = (&self.axes[before], self.axes[before].label(before));
             if self.leader(before) != leader {
-                bail!("its rows are those of named loops, and so are those of {place}: give both the same group");
+                bail!("its rows belong to named loops, and so do those of {place}: give both the same group");
             }
             let names = other.names.iter().zip(&axis.names);
             if let Some((row, (other, own))) = (1..).zip(names).find(|(_, (other, own))| other != own) {
                 bail!(
-                    "row {row} is of {own}, and row {row} of {place}, which is of the same group, is of {other}: bring the rows \
-                     into the same order"
+                    "row {row} belongs to {own}, but row {row} of {place}, in the same group, belongs to {other}: put \
+                     the rows in the same order"
                 );
             }
         }
@@ -172,7 +173,7 @@ impl Study {
 impl Window {
     fn check(self) -> Result<()> {
         if [self.from, self.to].into_iter().flatten().any(|time| !time.is_finite()) {
-            bail!("give finite times in seconds, or leave from or to out");
+            bail!("give finite times in seconds, or omit from or to");
         }
         if let (Some(from), Some(to)) = (self.from, self.to)
             && from >= to
@@ -188,13 +189,13 @@ impl Limit {
         let name = &self.variable;
         for (bound, value) in [("min", self.min), ("max", self.max)] {
             if value.is_some_and(|value| !value.is_finite()) {
-                bail!("{name}: {bound} is not a finite number: leave it out if there is no such limit");
+                bail!("{name}: {bound} is not a finite number: omit it if there is no such limit");
             }
         }
         match (self.min, self.max) {
             (None, None) => bail!("{name} has no limit: give min, max or both"),
             (Some(min), Some(max)) if min > max => {
-                bail!("{name}: min = {min:?} is above max = {max:?}: exchange them")
+                bail!("{name}: min = {min:?} is above max = {max:?}: swap them")
             }
             _ => Ok(()),
         }
@@ -287,8 +288,8 @@ impl Along {
                 }
                 if *logarithmic && !(*from > 0.0 && *to > 0.0) {
                     bail!(
-                        "range: from = {from:?}, to = {to:?}: both ends of a logarithmic range are above 0; give such ends, or \
-                         leave logarithmic out"
+                        "range: from = {from:?}, to = {to:?}: both ends of a logarithmic range must be above 0; \
+                         correct them, or omit logarithmic"
                     );
                 }
                 spread("range", from.min(*to), from.max(*to))
@@ -358,12 +359,12 @@ fn positive(what: &str, name: &str, number: f64) -> Result<()> {
     if number > 0.0 {
         return Ok(());
     }
-    bail!("{what}: {name} = {number:?}: it has to be above 0")
+    bail!("{what}: {name} = {number:?}: it must be above 0")
 }
 
 fn ordered(what: &str, (low, min): (&str, f64), (high, max): (&str, f64)) -> Result<()> {
     if min > max {
-        bail!("{what}: {low} = {min:?} is above {high} = {max:?}: exchange them");
+        bail!("{what}: {low} = {min:?} is above {high} = {max:?}: swap them");
     }
     if min == max {
         bail!("{what}: {low} and {high} are both {min:?}: give different bounds, or write values = [{min:?}]");

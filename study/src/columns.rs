@@ -76,8 +76,8 @@ impl Spill {
 
     fn failed(&self, done: &str) -> String {
         format!(
-            "the results of the runs cannot be {done} in {}: make room there; the runs are kept, and the same command with --resume \
-             goes on with them",
+            "the results of the runs cannot be {done} in {}: free some space there; the runs are kept, and the same \
+             command with --resume continues from them",
             self.folder.display()
         )
     }
@@ -237,7 +237,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap().path().join("gone");
         let error = format!("{:#}", columns(12, &folder).unwrap_err());
         let said = format!(
-            "the results of the runs cannot be written in {}: make room there; the runs are kept",
+            "the results of the runs cannot be written in {}: free some space there; the runs are kept",
             folder.display()
         );
         assert!(error.starts_with(&said), "{error}");

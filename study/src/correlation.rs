@@ -49,7 +49,7 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
             );
             ensure!(
                 pairs.insert((first.min(second), first.max(second))),
-                "correlations: {names}: their axes have a correlation already: leave one of the two"
+                "correlations: {names}: their axes already have a correlation: keep only one of the two"
             );
             let normal = 2.0 * sin(PI * of.rank / 6.0);
             (matrix[first][second], matrix[second][first]) = (normal, normal);
@@ -59,7 +59,8 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
     }
     cholesky(&matrix)
         .context(
-            "correlations: they contradict each other: give values nearer to 0, or the missing ones between their axes",
+            "correlations: they contradict each other: give values closer to 0, or add the missing ones between their \
+             axes",
         )
         .at("correlations")
 }
@@ -145,7 +146,7 @@ mod tests {
         assert!(error(&[(0, 1, 1.0)]).contains("rank = 1.0: give a number above -1 and below 1"));
         assert_eq!(
             error(&[(0, 1, 0.9), (1, 0, -0.9)]),
-            "correlations: P.B and P.A: their axes have a correlation already: leave one of the two"
+            "correlations: P.B and P.A: their axes already have a correlation: keep only one of the two"
         );
         assert!(error(&[(1, 1, 0.5)]).contains("belong to the same axis"));
         let mut unknown = study(&[(0, 1, 0.5)]);

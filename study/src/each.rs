@@ -50,7 +50,7 @@ impl Reading {
         let (first, rows) = self
             .tables
             .first()
-            .context("[tune]: each = true, and no axis has a file: write [[axes]] with file = \"LOOPS.csv\"")
+            .context("[tune]: each = true, but no axis has a file: write [[axes]] with file = \"LOOPS.csv\"")
             .at("each")
             .at("tune")?;
         let belongs = |(number, _): &&(usize, Rows)| study.leader(*number) == study.leader(*first);
@@ -170,7 +170,7 @@ pub fn written_back(path: &Path, source: &Source, variables: &[String], tuned: &
     let format = Format::of_file(&shown).with_context(|| format!("{shown} is not a parameter file"))?;
     let mut loops = Vec::new();
     for (one, tuned) in source.loops.iter().zip(tuned).filter(|(_, tuned)| tuned.problem.is_none()) {
-        ensure!(one.name == tuned.name, "{shown}: {} is in the place of {}", tuned.name, one.name);
+        ensure!(one.name == tuned.name, "{shown}: found {} in place of {}", tuned.name, one.name);
         let mut one = one.clone();
         for (variable, value) in variables.iter().zip(&tuned.found) {
             let member = own_name(variable, &source.fmu).and_then(|own| one.block.find(own));

@@ -199,9 +199,9 @@ impl Expectation {
         values.sort_unstable_by(f64::total_cmp);
         let (name, value) = match self.of {
             Of::Mean => ("mean".to_string(), mean(&values)),
-            Of::Percentile(0.0) => ("least value".to_string(), percentile(&values, 0.0)),
+            Of::Percentile(0.0) => ("minimum".to_string(), percentile(&values, 0.0)),
             Of::Percentile(50.0) => ("median".to_string(), percentile(&values, 50.0)),
-            Of::Percentile(100.0) => ("greatest value".to_string(), percentile(&values, 100.0)),
+            Of::Percentile(100.0) => ("maximum".to_string(), percentile(&values, 100.0)),
             Of::Percentile(percent) => (format!("{} percentile", ordinal(percent)), percentile(&values, percent)),
             Of::Each => return,
         };
@@ -239,7 +239,7 @@ impl Expectation {
                     false => "make more runs".to_string(),
                 };
                 verdict.problem = Some(format!(
-                    "{} do not decide it: {sentence}, with 95 % confidence from {} to {}; {advice}",
+                    "{} cannot decide this: {sentence}, with 95 % confidence from {} to {}; {advice}",
                     runs_text(runs),
                     end(ends.0),
                     end(ends.1)
@@ -309,7 +309,7 @@ pub(crate) fn instead(name: &str, figures: &[Quantity]) -> String {
     let names = || figures.iter().map(|figure| figure.name.as_str());
     match near(name, names()) {
         Some(near) => format!("did you mean {near}?"),
-        None => format!("there are {}", names().collect::<Vec<_>>().join(", ")),
+        None => format!("the figures are {}", names().collect::<Vec<_>>().join(", ")),
     }
 }
 
@@ -333,7 +333,7 @@ fn bound(text: &str, figure: &Quantity) -> Result<f64> {
         _ if unit.is_empty() => Ok(number),
         Some(own) if own == unit => Ok(number),
         Some(own) => bail!("{} is in {own}, not in {unit}", figure.name),
-        None => bail!("{} has no unit, write the number alone", figure.name),
+        None => bail!("{} has no unit: write the number alone", figure.name),
     }
 }
 
@@ -432,9 +432,9 @@ mod tests {
         let cases = [
             ("overshot < 10", "the study has no figure overshot; did you mean overshoot?"),
             ("p95(setling) < 1", "the study has no figure setling; did you mean settling?"),
-            ("x < 1", "the study has no figure x; there are overshoot, settling, pulses, FMU.der(x).max, iae"),
+            ("x < 1", "the study has no figure x; the figures are overshoot, settling, pulses, FMU.der(x).max, iae"),
             ("overshoot < 10 s", "overshoot is in %, not in s"),
-            ("pulses < 10 s", "pulses has no unit, write the number alone"),
+            ("pulses < 10 s", "pulses has no unit: write the number alone"),
             ("overshoot < ten", "\"ten\" is not a number with a unit (the decimal sign is a point)"),
             ("overshoot < 2,5 %", "\"2,5 %\" is not a number with a unit (the decimal sign is a point)"),
             ("overshoot = 1", "a bound is compared with <, <=, >, >= or ==, not with ="),
@@ -504,15 +504,9 @@ mod tests {
             problem("p90(settling) < 2 s").unwrap(),
             "settling has no 90th percentile: 2 of 11 runs have no settling"
         );
-        assert_eq!(
-            problem("min(settling) > 0 s").unwrap(),
-            "settling has no least value: 2 of 11 runs have no settling"
-        );
+        assert_eq!(problem("min(settling) > 0 s").unwrap(), "settling has no minimum: 2 of 11 runs have no settling");
         assert_eq!(problem("mean(settling) < 2 s").unwrap(), "settling has no mean: 2 of 11 runs have no settling");
-        assert_eq!(
-            problem("min(settling) == 1").unwrap(),
-            "settling has no least value: 2 of 11 runs have no settling"
-        );
+        assert_eq!(problem("min(settling) == 1").unwrap(), "settling has no minimum: 2 of 11 runs have no settling");
         assert_eq!(problem("p95(overshoot) < 9 %").unwrap(), "the 95th percentile of overshoot is 9.5 %");
         assert_eq!(runs(&parse("p95(overshoot) < 9 %").verdict(&results, false).unwrap()), [10, 9]);
         assert_eq!(problem("mean(overshoot) > 5").unwrap(), "the mean of overshoot is 5 %");
@@ -529,8 +523,8 @@ mod tests {
         assert_eq!(undecided.interval, Some((16.0, f64::INFINITY)));
         assert_eq!(
             undecided.problem.unwrap(),
-            "20 runs do not decide it: the 95th percentile of overshoot is 18.05 %, with 95 % confidence from 16 % to any value; at \
-             least 72 runs are needed"
+            "20 runs cannot decide this: the 95th percentile of overshoot is 18.05 %, with 95 % confidence from 16 % \
+             to any value; at least 72 runs are needed"
         );
         // Whatever more runs would show.
         let not_met = verdict("p95(overshoot) < 16 %");
@@ -546,7 +540,8 @@ mod tests {
         let close = verdict("median(overshoot) < 14 %");
         assert_eq!(
             close.problem.unwrap(),
-            "20 runs do not decide it: the median of overshoot is 9.5 %, with 95 % confidence from 5 % to 14 %; make more runs"
+            "20 runs cannot decide this: the median of overshoot is 9.5 %, with 95 % confidence from 5 % to 14 %; \
+             make more runs"
         );
         // All the machines that there are, and what is said of the runs alone.
         assert_eq!(parse("p95(overshoot) < 100 %").verdict(&results, false).unwrap().problem, None);

@@ -152,7 +152,7 @@ impl Experiment {
         let end = plan.time(plan.steps);
         warnings.extend(study.window.from.filter(|from| *from >= end).map(|from| {
             format!(
-                "window: from = {from:?} s is not before the end of the run at {} s: there are no figures of the loop",
+                "window: from = {from:?} s is not before the end of the run at {} s: the loop has no figures",
                 short(end)
             )
         }));
@@ -229,8 +229,9 @@ fn constant_setpoint(study: &Study, system: &System, signals: &Signals, names: &
     let has_axis = study.axes.iter().any(|axis| axis.time.is_some() && axis.variables.contains(setpoint));
     (is_set && !is_connected && !has_event && !has_axis).then(|| {
         format!(
-            "{setpoint} does not change during a run: rise, overshoot and settling are those of the start, where it is far from \
-             the setpoint; for those of a step, write [[events]] with time = SECONDS and set = {{ {setpoint} = VALUE }}"
+            "{setpoint} does not change during a run: rise, overshoot and settling describe the start, where it is \
+             far from the setpoint; for the figures of a step, write [[events]] with time = SECONDS and set = {{ \
+             {setpoint} = VALUE }}"
         )
     })
 }
@@ -390,8 +391,8 @@ impl<C: Reset> Executor<C> {
         let anew = values(self, second);
         self.is_reset_wrong = is_reset && after_reset != anew;
         self.is_reset_wrong.then(|| {
-            "an FMU computes something else after a reset than a new instance does: each run gets new \
-             instances, which takes longer; report it to the maker of the FMU"
+            "an FMU computes different results after a reset than a new instance does: each run gets new instances, \
+             which takes longer; report it to the maker of the FMU"
                 .into()
         })
     }

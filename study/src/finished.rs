@@ -51,7 +51,7 @@ pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, e
     let text = fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
     let Some(summary) = serde_json::from_slice::<Summary>(&text).ok().filter(|of| of.fingerprint == fingerprint) else {
         bail!(
-            "{} has the results of another study: the study, an FMU or plcfmu has changed since; {REMEDY}",
+            "{} contains the results of another study: the study, an FMU or plcfmu has changed since; {REMEDY}",
             out.display()
         );
     };
@@ -62,7 +62,7 @@ pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, e
     ensure!(table.is_file(), "{} is missing: {REMEDY}", table.display());
     ensure!(
         RunsTable::new(out, format)? == summary.table,
-        "{} has changed since the study has written it: {REMEDY}",
+        "{} has changed since the study wrote it: {REMEDY}",
         table.display()
     );
     output::read(&table, format, coordinates, figures, each)?;
@@ -98,9 +98,9 @@ mod tests {
         assert_eq!(rows("f").unwrap(), Some(vec![row]));
 
         let error = |fingerprint: &str| rows(fingerprint).unwrap_err().to_string();
-        assert!(error("g").contains("has the results of another study"), "{}", error("g"));
+        assert!(error("g").contains("contains the results of another study"), "{}", error("g"));
         fs::write(Format::Csv.file(out), "run,C.GAIN,iae,error\n0,2.0,0.2,\n").unwrap();
-        assert!(error("f").contains("runs.csv has changed since the study has written it"), "{}", error("f"));
+        assert!(error("f").contains("runs.csv has changed since the study wrote it"), "{}", error("f"));
         fs::remove_file(Format::Csv.file(out)).unwrap();
         assert!(error("f").contains("runs.csv is missing"), "{}", error("f"));
     }

@@ -185,7 +185,7 @@ impl Measures {
         let (Some(setpoint), Some(process_value)) = (&signals.setpoint, &signals.process_value) else {
             let missing = if signals.setpoint.is_none() { "setpoint" } else { "process_value" };
             if study.signals != Signals::default() {
-                bail!("{missing} is missing, and {first} does not say what it is: write {missing} = \"FMU.VARIABLE\"");
+                bail!("{missing} is missing, and {first} does not declare it: write {missing} = \"FMU.VARIABLE\"");
             }
             if !(study.values.is_empty() && study.limits.is_empty()) {
                 self.warnings.push(format!(
@@ -209,8 +209,8 @@ impl Measures {
             && one != *other
         {
             self.warnings.push(format!(
-                "signals: the setpoint {setpoint} is in {one}, the process value {process_value} in {other}: their numbers are \
-                 compared as they are"
+                "signals: the setpoint {setpoint} is in {one}, the process value {process_value} in {other}: their \
+                 numbers are compared without conversion"
             ));
         }
         let unit = unit.or_else(|| wiring.unit_of_process_value(known));
@@ -264,7 +264,7 @@ impl Measures {
     fn add_value(&mut self, taken: &Taken, columns: &mut Columns) -> Result<()> {
         let (column, reference) = columns.add(&taken.variable)?;
         if taken.take.is_empty() {
-            bail!("{}: take is empty: name some of min, max, mean and last", taken.variable);
+            bail!("{}: take is empty: name one or more of min, max, mean and last", taken.variable);
         }
         for take in &taken.take {
             let (variable, unit) = (columns.columns[column].clone(), columns.unit(&reference));

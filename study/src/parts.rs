@@ -72,7 +72,7 @@ impl Rows {
         let bytes = postcard::to_stdvec(row)?;
         self.encoded.write_all(&bytes).with_context(|| {
             let folder = std::env::temp_dir();
-            format!("the rows of a part cannot be written in {}: make room there", folder.display())
+            format!("the rows of a part cannot be written in {}: free some space there", folder.display())
         })?;
         self.count += 1;
         self.size += bytes.len() as u64;
@@ -170,7 +170,8 @@ fn open(path: &Path, fingerprint: &str) -> Result<Part> {
     (&file).take(MAGIC.len() as u64).read_to_end(&mut head).with_context(unread)?;
     ensure!(
         head == MAGIC,
-        "{shown} is not a part of a study of this version of plcfmu: name another folder with --out, or omit --resume"
+        "{shown} is not a part of a study written by this version of plcfmu: name another folder with --out, or omit \
+         --resume"
     );
     let content = size.saturating_sub((MAGIC.len() + HASH) as u64);
     let mut digest = Sha256::new_with_prefix(MAGIC);
@@ -185,8 +186,8 @@ fn open(path: &Path, fingerprint: &str) -> Result<Part> {
     let header: Header = serde_json::from_slice(&line).with_context(damaged)?;
     if header.fingerprint != fingerprint {
         bail!(
-            "{shown} is of another study: the study, an FMU or plcfmu has changed since; name another folder with --out, or \
-             start over without --resume"
+            "{shown} belongs to another study: the study, an FMU or plcfmu has changed since; name another folder \
+             with --out, or start over without --resume"
         );
     }
     let piece = content.buffer().to_vec();
@@ -198,7 +199,7 @@ fn open(path: &Path, fingerprint: &str) -> Result<Part> {
 
 /// The message and remedy for a damaged part.
 fn damaged(path: &Path) -> String {
-    format!("{} is damaged: delete it, and its runs are made again", path.display())
+    format!("{} is damaged: delete it, and its runs will be repeated", path.display())
 }
 
 /// The parts of a study in a folder.
@@ -402,7 +403,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         Parts::open(folder.path(), "one", false).unwrap().add(0, &mut rows(0..4)).unwrap();
         let error = Parts::open(folder.path(), "other", true).unwrap_err().to_string();
-        assert!(error.contains("0-4.part is of another study") && error.contains("without --resume"), "{error}");
+        assert!(error.contains("0-4.part belongs to another study") && error.contains("without --resume"), "{error}");
         assert_eq!(collected(&Parts::open(folder.path(), "other", false).unwrap()), []);
     }
 
@@ -417,7 +418,7 @@ mod tests {
         for bytes in [&flipped[..], &whole[..whole.len() - 1], &whole[..MAGIC.len()]] {
             fs::write(&path, bytes).unwrap();
             let error = Parts::open(folder.path(), "f", true).unwrap_err().to_string();
-            assert!(error.ends_with("0-4.part is damaged: delete it, and its runs are made again"), "{error}");
+            assert!(error.ends_with("0-4.part is damaged: delete it, and its runs will be repeated"), "{error}");
         }
         fs::write(&path, "rows").unwrap();
         let error = Parts::open(folder.path(), "f", true).unwrap_err().to_string();

@@ -445,8 +445,7 @@ impl Maker<'_> {
         let lines = worker.printed();
         let mut printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
         if !lines.is_empty() && printed.as_ref().is_none_or(|(first, _)| run < *first) {
-            *printed =
-                Some((run, format!("{}; it has printed: {}", worker.text(end, self.starter), lines.join(" / "))));
+            *printed = Some((run, format!("{}; it printed: {}", worker.text(end, self.starter), lines.join(" / "))));
         }
     }
 }

@@ -278,7 +278,8 @@ fn correlation(reader: &Reader, of: &CorrelationOf) -> Result<Correlation> {
     let Ok(pair) = <[String; 2]>::try_from(variables.clone()) else {
         let (place, count) = (reader.place(of.variables.span()), variables.len());
         bail!(
-            "{place}: a correlation is of two variables, and variables has {count}: write a table [[correlations]] for each pair"
+            "{place}: a correlation relates two variables, but variables has {count}: write a table [[correlations]] \
+             for each pair"
         )
     };
     Ok(Correlation { variables: pair, rank: of.rank })
@@ -337,7 +338,7 @@ fn of_file(
     let has_values = axis.values.is_some() || !axis.tables().is_empty();
     ensure!(
         axis.variable.is_none() && axis.variables.is_none() && !has_values && !axis.whole,
-        "{place}: the file names the variables and has their values: leave the others out"
+        "{place}: the file names the variables and contains their values: omit the other keys"
     );
     let rows =
         table::read(&path.with_file_name(file.get_ref()), axis.fmu.as_deref(), system, fixed, reader.parameters());
@@ -349,7 +350,7 @@ fn of_file(
 
 /// A list of values, or of rows with a value for each variable.
 fn values(reader: &Reader, node: &Spanned<Node>, width: usize) -> Result<Along> {
-    let expected = "a list of values, or for several variables of rows [VALUE, ...]";
+    let expected = "a list of values or, for several variables, of rows [VALUE, ...]";
     let Node::List(list) = node.get_ref() else { bail!(reader.wrong(node, expected, node.get_ref())) };
     if list.is_empty() {
         bail!("{}: values is empty: write at least one value", reader.place(node.span()));
@@ -364,7 +365,7 @@ fn values(reader: &Reader, node: &Spanned<Node>, width: usize) -> Result<Along> 
                 let (place, count) = (reader.place(node.span()), row.len());
                 bail!("{place}: the row has {count} values for {width} variables: write one for each")
             }
-            other => bail!(reader.wrong(node, "a row [VALUE, ...], as the first is", other)),
+            other => bail!(reader.wrong(node, "a row [VALUE, ...] like the first one", other)),
         }
     };
     Ok(Along::Rows(list.iter().map(row).collect::<Result<_>>()?))
@@ -497,7 +498,8 @@ mod tests {
         let three = CORRELATED.replace("\"C.B\"]", "\"C.B\", \"C.D\"]");
         assert_eq!(
             error(&three),
-            "study.toml:10:13: a correlation is of two variables, and variables has 3: write a table [[correlations]] for each pair"
+            "study.toml:10:13: a correlation relates two variables, but variables has 3: write a table \
+             [[correlations]] for each pair"
         );
         let again = "[[correlations]]\nvariables = [\"C.B\", \"C.A\"]\nrank = -0.9\n";
         let reading = read_text(&format!("{CORRELATED}{again}")).unwrap();
@@ -575,11 +577,11 @@ mod tests {
         // JSON, in which workers get their job, has no NaN: here it still is one.
         assert_eq!(
             other("[[limits]]\nvariable = \"C.PV\"\nmax = 1\n[[limits]]\nvariable = \"C.LMN\"\nmax = nan"),
-            "study.toml:5:1: limits: C.LMN: max is not a finite number: leave it out if there is no such limit"
+            "study.toml:5:1: limits: C.LMN: max is not a finite number: omit it if there is no such limit"
         );
         assert_eq!(
             other("[window]\nfrom = inf"),
-            "study.toml:2:1: window: give finite times in seconds, or leave from or to out"
+            "study.toml:2:1: window: give finite times in seconds, or omit from or to"
         );
         assert!(other("samples = 5").starts_with("study.toml:2:11: samples = 5, but no axis has a distribution"));
         let wrong = axis("variable = \"C.A\"\nvalue = [1]");

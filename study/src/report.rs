@@ -747,7 +747,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         Sampling::Random => "at random",
         Sampling::LatinHypercube => "as a Latin hypercube",
         Sampling::Sobol => "as a Sobol sequence",
-        Sampling::Saltelli => "as a Sobol sequence for Sobol's indices",
+        Sampling::Saltelli => "as a Sobol sequence for Sobol indices",
     };
     let index_names = (0..summary.figures.len()).find_map(|column| report.indices(column).transpose());
     let index_names = index_names.transpose()?.unwrap_or_default();

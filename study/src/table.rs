@@ -78,9 +78,7 @@ pub fn read(
         }
         Some("parquet") => of_columns(parquet::read(path, &shown)?),
         _ if Format::of_file(&shown).is_some() => of_parameters(path, fmu, system, fixed, parameters),
-        _ => bail!(
-            "{shown} is neither a CSV or Parquet file nor a parameter file of a PLC: its extension says what it is"
-        ),
+        _ => bail!("{shown} is neither a CSV or Parquet file nor a PLC parameter file, judging by its extension"),
     }
 }
 
@@ -102,7 +100,7 @@ impl Given {
         let mut known = BTreeMap::new();
         for (name, place) in names.iter().zip(&places) {
             if let Some(before) = known.insert(name, place) {
-                bail!("{place}: {name:?} is the name of the loop at {before} too: give each loop a name of its own");
+                bail!("{place}: {name:?} is the name of the loop at {before} too: give each loop a unique name");
             }
         }
         let variables = variables.into_iter().map(|(name, _)| name).collect();
@@ -161,8 +159,8 @@ fn of_parameters(
     let blocks = blocks.into_iter().collect::<Vec<_>>().join(", ");
     let Some(first) = loops.first() else {
         bail!(
-            "{shown} has loops of {blocks}, and none that the FMU {fmu} can have: name the FMU of these loops with fmu = \"NAME\", or \
-             take another file"
+            "{shown} has loops of {blocks}, but none for the FMU {fmu}: name the FMU of these loops with fmu = \
+             \"NAME\", or take another file"
         )
     };
     let mut remarks = remarks(&reading);
@@ -176,7 +174,7 @@ fn of_parameters(
     }
     let mut known = BTreeSet::new();
     if let Some(twice) = loops.iter().find(|one| !known.insert(&one.name)) {
-        bail!("{shown}: two loops are called {}: give each a name of its own", twice.name);
+        bail!("{shown}: two loops are named {}: give each a unique name", twice.name);
     }
     let is_given = |member: usize| loops.iter().any(|one| one.settings[member].origin != Origin::Default);
     let is_free = |of: &Setting| {

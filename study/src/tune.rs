@@ -188,21 +188,19 @@ impl Tune {
     /// A number is invalid; the message names the permitted range.
     pub fn check(&self) -> Result<()> {
         if !(10..=100_000).contains(&self.evaluations) {
-            bail_at!("evaluations", "evaluations = {}: 10 to 100000 are possible", self.evaluations);
+            bail_at!("evaluations", "evaluations = {}: it must be from 10 to 100000", self.evaluations);
         }
         if self.search.is_empty() {
-            bail!(
-                "there is nothing to search: write a table [[tune.search]] with variable, min and max for each setting"
-            );
+            bail!("nothing to search: write a table [[tune.search]] with variable, min and max for each setting");
         }
         if self.search.len() > MOST_VARIABLES {
-            bail_at!("search", "{} variables are searched: {MOST_VARIABLES} at most are possible", self.search.len());
+            bail_at!("search", "{} variables are searched: at most {MOST_VARIABLES} are possible", self.search.len());
         }
         for (number, search) in self.search.iter().enumerate() {
             let Search { variable, min, max, .. } = search;
             let check = || {
                 if !(min.is_finite() && max.is_finite() && min < max) {
-                    bail!("{variable} is searched from {min} to {max}: min has to be below max");
+                    bail!("{variable} is searched from {min} to {max}: min must be below max");
                 }
                 if self.search[..number].iter().any(|other| other.variable == *variable) {
                     bail!("{variable} is searched twice: remove one of the tables [[tune.search]]");

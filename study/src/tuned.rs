@@ -48,8 +48,8 @@ impl Found<'_> {
             };
             match (constraint.is_active(&self.best().rows), constraint.holds(&self.present.rows)) {
                 (true, true) => Some(format!("{text} is active")),
-                (true, false) => Some(format!("{text} is active, and the present settings break it ({now})")),
-                (false, false) => Some(format!("the present settings break {text} ({now})")),
+                (true, false) => Some(format!("{text} is active, and the present settings violate it ({now})")),
+                (false, false) => Some(format!("the present settings violate {text} ({now})")),
                 (false, true) => None,
             }
         };
@@ -82,7 +82,7 @@ impl Found<'_> {
         } else {
             format!("the closest one misses {}", broken.join(" and "))
         };
-        Some(format!("no candidate meets all constraints; {what}. Allow more, or search wider ranges"))
+        Some(format!("no candidate meets all constraints; {what}. Relax them, or search wider ranges"))
     }
 
     /// Remarks on the result for the user.
@@ -91,13 +91,13 @@ impl Found<'_> {
         let ends = search.filter_map(|(search, value)| {
             let end = search.end(*value)?;
             Some(format!(
-                "{} = {} is at the {end} of its range: a wider range may give more",
+                "{} = {} is at the {end} of its range: a wider range may yield a better result",
                 search.variable,
                 short(*value)
             ))
         });
         let front = (self.tuning.problem.front.is_some() && self.best().is_feasible() && self.outcome.front.len() == 1)
-            .then(|| "the front is one point: both figures are the lowest with the same settings".to_string());
+            .then(|| "the front is one point: both figures are lowest with the same settings".to_string());
         ends.chain(front).collect()
     }
 
@@ -253,7 +253,7 @@ pub const FILES: [&str; 6] = ["tuned.toml", "tuned.json", "settings.csv", "front
 /// A file cannot be written, or a setting does not fit the block's type.
 pub fn write(folder: &Path, found: &Found) -> Result<Vec<PathBuf>> {
     let system = found.tuning.system(&found.best().values);
-    std::fs::create_dir_all(folder).map_err(|error| anyhow!("{} cannot be made: {error}", folder.display()))?;
+    std::fs::create_dir_all(folder).map_err(|error| anyhow!("{} cannot be created: {error}", folder.display()))?;
     let mut files: Vec<(&str, Vec<u8>)> = vec![("tuned.toml", file::write(&system.as_in(folder))?.into_bytes())];
     files.extend(parameter_file(found.tuning, &system)?.map(|content| ("tuned.json", content)));
     files.push(("settings.csv", found.settings_csv()?));

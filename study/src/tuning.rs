@@ -71,7 +71,7 @@ impl Tuning {
         let count = experiment.count();
         ensure!(
             count <= MOST_PLANTS,
-            "the axes span {count} plants: a search takes {MOST_PLANTS} at most; take fewer samples, or shorter lists"
+            "the axes span {count} plants: a search accepts {MOST_PLANTS} at most; use fewer samples or shorter lists"
         );
         let varied = experiment.coordinates.len() - tune.search.len();
         let plants: Vec<Vec<f64>> = (0..count).map(|run| experiment.point(run)[..varied].to_vec()).collect();
@@ -191,7 +191,7 @@ impl Robustness {
         let ignored: Vec<_> = ignored.collect();
         if !ignored.is_empty() {
             remarks.push(format!(
-                "Ms does not depend on {} here: the model of each plant is that with what the loop sets",
+                "Ms does not depend on {} here: each plant is identified with the value set in the loop",
                 ignored.join(" and ")
             ));
         }
@@ -275,7 +275,7 @@ fn identify(
     let experiments = || descriptions.iter().filter_map(|of| of.default_experiment);
     let start = job.system.start.or(experiments().filter_map(|of| of.start_time).reduce(f64::min)).unwrap_or(0.0);
     let stop = job.system.stop.or(experiments().filter_map(|of| of.stop_time).reduce(f64::max));
-    let stop = tune.step.stop.or(stop).context("the study has no stop time: give one")?;
+    let stop = tune.step.stop.or(stop).context("the study has no stop time: specify one")?;
     let identification = linear.identification(job, &tune.step, start, stop).map_err(advised)?;
     let mut pool = Pool::start(&identification.job, options).context("the loop in manual mode").map_err(advised)?;
     let mut identified = Vec::new();
@@ -291,8 +291,8 @@ fn identify(
     }
     remarks.extend(worst.map(|(fit, number)| {
         format!(
-            "the process value is noisy: for Ms, the plants are a lag with dead time, which fits the step of the manual value \
-             of plant {number} by {fit:.0} %; without the noise, Ms is that of the plant itself"
+            "the process value is noisy: for Ms, the plants are a lag with dead time, which fits the step of the \
+             manual value of plant {number} by {fit:.0} %; without noise, Ms is computed from the recorded step itself"
         )
     }));
     Ok(identified)
@@ -307,7 +307,8 @@ fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
     let figure = |key: &'static str, name: &String| {
         let found = figures.iter().position(|figure| figure.name == *name).with_context(|| {
             let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
-            let hint = near(name, names.iter().copied()).map_or_else(String::new, |near| format!("; is it {near}?"));
+            let hint =
+                near(name, names.iter().copied()).map_or_else(String::new, |near| format!("; did you mean {near}?"));
             format!("{key}: no figure {name}, only {}{hint}", names.join(", "))
         });
         found.at(key)
@@ -346,7 +347,7 @@ fn variable(job: &Job, search: &mut Search) -> Result<f64> {
     let is_axis = |axis: &Axis| axis.time.is_none() && axis.variables.contains(&search.variable);
     ensure!(
         !job.study.axes.iter().any(is_axis),
-        "[tune]: {name} is searched and is a variable of an axis: remove one of them"
+        "[tune]: {name} is both searched and varied by an axis: remove one of them"
     );
     let found = system.members.iter().find_map(|member| Some((member, own_name(name, &member.name)?)));
     let (member, own) = found.with_context(|| {
@@ -359,7 +360,7 @@ fn variable(job: &Job, search: &mut Search) -> Result<f64> {
     let description = Package::open(&member.path)?.description;
     let variable = description.variable(own).with_context(|| {
         let names = description.variables.iter().map(|of| of.name.as_str());
-        let hint = near(own, names).map_or_else(String::new, |near| format!(": is it {near}?"));
+        let hint = near(own, names).map_or_else(String::new, |near| format!("; did you mean {near}?"));
         format!("[tune]: {} has no variable {own}{hint}", member.name)
     })?;
     search.grid = match variable.kind {
@@ -368,7 +369,7 @@ fn variable(job: &Job, search: &mut Search) -> Result<f64> {
         Some(kind) if kind.is_floating() => Grid::Digits,
         Some(kind) if kind.whole().is_some() && !variable.is_enumeration() => Grid::Whole,
         _ => bail!(
-            "[tune]: {name} is searched, and it is neither a Real nor an Integer: make it an axis, or run two studies"
+            "[tune]: {name} is searched, but it is neither a Real nor an Integer: make it an axis, or run two studies"
         ),
     };
     let own_settings = || system.settings.iter().filter(|of| of.time.is_none() && of.variable == name);

@@ -284,7 +284,7 @@ impl Serving {
         }
         while let Some(request) = output.next()? {
             match request {
-                WorkerRequest::Begin { .. } => bail!("there is a job already"),
+                WorkerRequest::Begin { .. } => bail!("a job has already been given"),
                 WorkerRequest::CheckReset => output.send(&Reply::Reset(executor.check_reset(&mut instantiate)))?,
                 WorkerRequest::Curve(point, detail) => {
                     let made = executor

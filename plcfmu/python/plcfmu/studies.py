@@ -304,7 +304,7 @@ class _Parts:
                 _, header = file.readline(), file.readline()
             if f'"fingerprint":"{self.fingerprint}"'.encode() not in header:
                 raise StudyError(
-                    f"{path} is of another study: the study, an FMU or plcfmu has changed since; remove {self.folder}, or name "
+                    f"{path} belongs to another study: the study, an FMU or plcfmu has changed since; remove {self.folder}, or name "
                     "another folder"
                 )
 
@@ -323,7 +323,7 @@ class _Parts:
         if any(self.folder.glob("*.part")):
             return False
         raise StudyError(
-            f"{results} has the results of another study: the study, an FMU, plcfmu or the table of the runs has changed since; "
+            f"{results} contains the results of another study: the study, an FMU, plcfmu or the table of the runs has changed since; "
             "name another folder, or start over without resume=True"
         )
 

@@ -86,7 +86,7 @@ fn axes_of_a_group_go_together_and_the_others_span_a_grid_with_them() {
     let named = |axis: &Axis, names: [&str; 2]| Axis { names: names.map(String::from).to_vec(), ..axis.clone() };
     let swapped = error(vec![named(&axes[0], ["TIC1", "TIC2"]), named(&axes[2], ["TIC2", "TIC1"])]);
     assert!(
-        swapped.contains("row 1 is of TIC2, and row 1 of axis 1 (C.GAIN), which is of the same group, is of TIC1"),
+        swapped.contains("row 1 belongs to TIC2, but row 1 of axis 1 (C.GAIN), in the same group, belongs to TIC1"),
         "{swapped}"
     );
     let apart = Axis { group: None, ..named(&axes[2], ["TIC1", "TIC2"]) };
@@ -239,10 +239,10 @@ fn a_wrong_axis_is_named_with_what_is_wrong_and_what_to_do() {
         (range(1.0, 1.0, 3, false), "range: from and to are both 1.0: give different ends, or write values = [1.0]"),
         (
             range(0.0, 1.0, 3, true),
-            "range: from = 0.0, to = 1.0: both ends of a logarithmic range are above 0; give such ends, or leave logarithmic out",
+            "range: from = 0.0, to = 1.0: both ends of a logarithmic range must be above 0; correct them, or omit logarithmic",
         ),
         (range(1.0, f64::INFINITY, 3, false), "range: to = inf: give a finite number"),
-        (Along::Uniform { min: 2.0, max: 1.0 }, "uniform: min = 2.0 is above max = 1.0: exchange them"),
+        (Along::Uniform { min: 2.0, max: 1.0 }, "uniform: min = 2.0 is above max = 1.0: swap them"),
         (
             Along::Uniform { min: 2.0, max: 2.0 },
             "uniform: min and max are both 2.0: give different bounds, or write values = [2.0]",
@@ -251,19 +251,19 @@ fn a_wrong_axis_is_named_with_what_is_wrong_and_what_to_do() {
             Along::Uniform { min: -1e308, max: 1e308 },
             "uniform: -1e308 and 1e308 are too far apart: give bounds whose difference is below 1.8e308",
         ),
-        (normal(1.0, 0.0, None, None), "normal: deviation = 0.0: it has to be above 0"),
-        (normal(1.0, 0.1, Some(2.0), Some(1.0)), "normal: min = 2.0 is above max = 1.0: exchange them"),
+        (normal(1.0, 0.0, None, None), "normal: deviation = 0.0: it must be above 0"),
+        (normal(1.0, 0.1, Some(2.0), Some(1.0)), "normal: min = 2.0 is above max = 1.0: swap them"),
         (
             normal(1.0, 0.1, Some(9.0), None),
             "normal: min and max leave nothing of the distribution, whose mean is 1.0 and deviation 0.1: give bounds nearer to \
              the mean",
         ),
-        (Along::LogNormal { median: -1.0, deviation: 0.1 }, "log_normal: median = -1.0: it has to be above 0"),
+        (Along::LogNormal { median: -1.0, deviation: 0.1 }, "log_normal: median = -1.0: it must be above 0"),
         (
             Along::LogNormal { median: 1.0, deviation: 200.0 },
             "the deviation is too large: C.GAIN = inf: give values and factors whose products are finite",
         ),
-        (Along::LogNormal { median: 1.0, deviation: -0.1 }, "log_normal: deviation = -0.1: it has to be above 0"),
+        (Along::LogNormal { median: 1.0, deviation: -0.1 }, "log_normal: deviation = -0.1: it must be above 0"),
         (
             Along::Triangular { min: 0.0, mode: 3.0, max: 2.0 },
             "triangular: mode = 3.0 is not between min = 0.0 and max = 2.0: correct one of them",
@@ -306,7 +306,7 @@ fn a_variable_that_cannot_be_varied_says_why() {
         ),
         (
             distributed("C.BITS"),
-            "axis 1 (C.BITS): C.BITS is Integer, and distributions give fractions: add whole = true, or write its values as a list, values = [...]",
+            "axis 1 (C.BITS): C.BITS is Integer, and distributions yield fractions: add whole = true, or write its values as a list, values = [...]",
         ),
         (
             range("C.BITS", 3.0),
@@ -315,11 +315,11 @@ fn a_variable_that_cannot_be_varied_says_why() {
         ),
         (
             relative("C.MAN_ON"),
-            "axis 1 (C.MAN_ON): C.MAN_ON is Boolean, which has no factors: leave relative out and write values = [false, true]",
+            "axis 1 (C.MAN_ON): C.MAN_ON is Boolean, which has no factors: omit relative and write values = [false, true]",
         ),
         (
             relative("C.MAN"),
-            "axis 1 (C.MAN): C.MAN is 0 in the loop, and so with every factor: leave relative out, or set another value in the \
+            "axis 1 (C.MAN): C.MAN is 0 in the loop, so any factor leaves it 0: omit relative, or set another value in the \
              loop",
         ),
         (
@@ -335,7 +335,7 @@ fn a_variable_that_cannot_be_varied_says_why() {
         assert_eq!(error(&job(vec![axis])), expected);
     }
     let twice = job(vec![axis("C.GAIN", one()), axis("C.TI", one()), axis("C.GAIN", one())]);
-    assert_eq!(error(&twice), "axis 3 (C.GAIN): C.GAIN is varied by axis 1 (C.GAIN) too: leave it in one of them");
+    assert_eq!(error(&twice), "axis 3 (C.GAIN): C.GAIN is varied by axis 1 (C.GAIN) too: keep it in only one of them");
 }
 
 #[test]
@@ -355,18 +355,18 @@ fn samples_and_runs_have_bounds() {
     job.study = Study { samples: 70_000, sampling: Sampling::Sobol, ..job.study };
     assert_eq!(
         error(&job),
-        "samples = 70000: a Sobol sequence has 65536 at most; take fewer, or sampling = \"latin_hypercube\""
+        "samples = 70000: a Sobol sequence has 65536 at most; use fewer, or sampling = \"latin_hypercube\""
     );
     let range = Along::Range { from: 1.0, to: 2.0, count: 20_000, logarithmic: false };
     job.study = Study { sampling: Sampling::Random, axes: vec![uniform(), axis("C.TI", range)], ..job.study };
     assert_eq!(
         error(&job),
-        "the axes span 20000 x 70000 runs, a study has 1000000000 at most: take fewer values or samples"
+        "the axes span 20000 x 70000 runs, but a study has 1000000000 at most: use fewer values or samples"
     );
     job.study.axes = vec![axis("C.GAIN", values(&[1.0]))];
     assert_eq!(
         error(&job),
-        "samples = 70000, but no axis has a distribution: leave samples out, or give an axis uniform, normal, log_normal or \
+        "samples = 70000, but no axis has a distribution: omit samples, or give an axis uniform, normal, log_normal or \
          triangular"
     );
 }
@@ -539,7 +539,7 @@ fn instances_that_cannot_be_reset_are_replaced_by_new_ones_for_each_run() {
         let (_, mut sound) = faulty(Fault::None);
         let (instances, mut make) = faulty(fault);
         let mut executor = Executor::new(experiment.clone());
-        let warning = "an FMU computes something else after a reset than a new instance does: each run gets new \
+        let warning = "an FMU computes different results after a reset than a new instance does: each run gets new \
              instances, which takes longer; report it to the maker of the FMU";
         assert_eq!(executor.check_reset(&mut make).as_deref(), Some(warning));
         let before = instances.get();
@@ -718,12 +718,12 @@ fn the_window_is_where_the_figures_of_the_loop_are_taken() {
 fn a_loop_whose_figures_cannot_be_said_in_any_run_is_a_warning() {
     let mut job = job(vec![axis("C.GAIN", values(&[0.5]))]);
     job.study.window.from = Some(1e4);
-    let warning = "window: from = 10000.0 s is not before the end of the run at 60 s: there are no figures of the loop";
+    let warning = "window: from = 10000.0 s is not before the end of the run at 60 s: the loop has no figures";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.window.from = None;
     job.system.settings.retain(|of| of.time.is_none());
-    let warning = "C.SP does not change during a run: rise, overshoot and settling are those of the start, where it is far from \
-                   the setpoint; for those of a step, write [[events]] with time = SECONDS and set = { C.SP = VALUE }";
+    let warning = "C.SP does not change during a run: rise, overshoot and settling describe the start, where it is far from \
+                   the setpoint; for the figures of a step, write [[events]] with time = SECONDS and set = { C.SP = VALUE }";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.axes.push(Axis { time: Some(5.0), ..axis("C.SP", values(&[20.0])) });
     assert_eq!(resolved(&job).unwrap().warnings, [""; 0]);
@@ -746,7 +746,7 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
                    [signals] for them";
     assert_eq!((experiment.warnings, experiment.signals), (vec![warning.to_string()], Signals::default()));
     job.study.signals.process_value = Some("P.TEMP".into());
-    let expected = "signals: setpoint is missing, and C does not say what it is: write setpoint = \"FMU.VARIABLE\"";
+    let expected = "signals: setpoint is missing, and C does not declare it: write setpoint = \"FMU.VARIABLE\"";
     assert_eq!(message(&job), expected);
     job.study.signals.setpoint = Some("C.SP".into());
     let figures = none(&job).unwrap().figures;
@@ -768,7 +768,11 @@ fn a_wrong_value_or_limit_says_what_to_do() {
     let taken = |variable: &str, take: &[Take]| Taken { variable: variable.into(), take: take.into() };
     let limit = |min, max| Limit { variable: "C.OUT".into(), min, max };
     let wrong = [
-        (vec![taken("P.TEMP", &[])], vec![], "values: P.TEMP: take is empty: name some of min, max, mean and last"),
+        (
+            vec![taken("P.TEMP", &[])],
+            vec![],
+            "values: P.TEMP: take is empty: name one or more of min, max, mean and last",
+        ),
         (
             vec![taken("P.TEMP", &[Take::Max]), taken("P.TEMP", &[Take::Min, Take::Max])],
             vec![],
@@ -776,11 +780,11 @@ fn a_wrong_value_or_limit_says_what_to_do() {
         ),
         (vec![taken("P.TEMPP", &[Take::Max])], vec![], "values: P has no variable TEMPP; did you mean P.TEMP?"),
         (vec![], vec![limit(None, None)], "limits: C.OUT has no limit: give min, max or both"),
-        (vec![], vec![limit(Some(2.0), Some(1.0))], "limits: C.OUT: min = 2.0 is above max = 1.0: exchange them"),
+        (vec![], vec![limit(Some(2.0), Some(1.0))], "limits: C.OUT: min = 2.0 is above max = 1.0: swap them"),
         (
             vec![],
             vec![limit(None, Some(f64::NAN))],
-            "limits: C.OUT: max is not a finite number: leave it out if there is no such limit",
+            "limits: C.OUT: max is not a finite number: omit it if there is no such limit",
         ),
     ];
     for (values, limits, expected) in wrong {

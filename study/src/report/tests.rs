@@ -123,7 +123,7 @@ fn the_main_figure_is_the_studys_else_iae_else_the_first() {
     assert_eq!(error, "main = \"overshot\": the study has no such figure; did you mean overshoot?");
     job.study.main = Some("x".into());
     let error = main_figure(&job, &figures).unwrap_err().to_string();
-    assert_eq!(error, "main = \"x\": the study has no such figure; there are overshoot, iae");
+    assert_eq!(error, "main = \"x\": the study has no such figure; the figures are overshoot, iae");
 }
 
 #[test]
@@ -243,7 +243,7 @@ fn the_page_shows_everything_and_loads_nothing() {
         "at 10 s: PID.SP = 60 °C",
         "<a href=\"#figure-1\">iae in °C s</a>",
         "<td>HEATER</td><td>1.2, Modeller 3</td><td>89ab</td>",
-        "gives the same bytes, in the folder of furnace &lt;A&gt;.toml, with: <code>plcfmu study &#39;furnace &lt;A&gt;.toml&#39; --fmus ../fmu \
+        "produces the same bytes, in the folder of furnace &lt;A&gt;.toml, with: <code>plcfmu study &#39;furnace &lt;A&gt;.toml&#39; --fmus ../fmu \
          --format csv --expect",
         "furnace &lt;A&gt;.toml&#39; --fmus ../fmu --format csv --resume --curves 1</code>",
         "uniform from 5 to 45, whole numbers",

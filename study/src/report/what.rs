@@ -136,6 +136,6 @@ pub(super) fn axis_part(axis: &Axis) -> AxisPart {
     if axis.relative {
         values.push_str(", times the value of the loop");
     }
-    let when = axis.time.map_or_else(|| "from the start on".into(), |time| format!("at {} s", short(time)));
+    let when = axis.time.map_or_else(|| "from the start".into(), |time| format!("at {} s", short(time)));
     AxisPart { variables: printable(&axis.variables.join(", ")), values, when }
 }

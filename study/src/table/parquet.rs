@@ -22,7 +22,7 @@ pub(super) fn read(path: &Path, shown: &str) -> Result<Given> {
         variables: variables.iter().map(|column| (all[*column].to_string(), column + 1)).collect(),
         ..Given::default()
     };
-    let hint = "write it anew with compression=\"snappy\" or without compression";
+    let hint = "rewrite it with compression=\"snappy\" or without compression";
     for (row, read) in (1..).zip(reader.get_row_iter(None).with_context(|| format!("{shown}: {hint}"))?) {
         let read = read.with_context(|| format!("{shown}: row {row} cannot be read: {hint}"))?;
         let fields: Vec<(&String, &Field)> = read.get_column_iter().collect();
@@ -66,8 +66,8 @@ fn value(field: &Field) -> Result<Value> {
 fn name(field: &Field) -> Result<String> {
     match field {
         Field::Str(text) => Ok(text.clone()),
-        Field::Bytes(bytes) => Ok(bytes.as_utf8().context("the name is not a text in UTF-8: correct it")?.to_string()),
+        Field::Bytes(bytes) => Ok(bytes.as_utf8().context("the name is not UTF-8 text: correct it")?.to_string()),
         Field::Null => bail!("no name: complete the row, or remove it"),
-        other => bail!("{other} is not a text: write the names of loops as texts (BYTE_ARRAY)"),
+        other => bail!("{other} is not a string: write loop names as strings (BYTE_ARRAY)"),
     }
 }

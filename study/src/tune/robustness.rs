@@ -141,11 +141,11 @@ impl Linear {
         let (name, fmu) = (&self.controller.member.name, &self.controller.member.fmu);
         let roles = &self.controller.roles;
         let Some((switch, manual)) = &roles.manual else {
-            bail!("{fmu} has no manual value that could step");
+            bail!("{fmu} has no manual value that can be stepped");
         };
         let process_value = roles
             .compared_process_value()
-            .with_context(|| format!("{fmu} does not say which variable is its process value"))?;
+            .with_context(|| format!("{fmu} does not specify which variable is its process value"))?;
         let from = step.from.unwrap_or_else(|| self.controller.value(manual));
         let [switch, manual, process_value] = [switch, manual, process_value].map(|of| format!("{name}.{of}"));
         let to = step.to.unwrap_or(from + HEIGHT);
@@ -156,10 +156,10 @@ impl Linear {
         let time = step.time.unwrap_or(start + SHARE * (stop - start));
         let time = start + ((time - start) / grid - 1e-9).ceil() * grid;
         if from == to || !from.is_finite() || !to.is_finite() {
-            bail!("the manual value steps from {from} to {to}: both have to be numbers, and not the same");
+            bail!("the manual value steps from {from} to {to}: they must be two different finite numbers");
         }
         if !(start < time && time < stop) {
-            bail!("the step of the manual value is at {time} s: it has to be between {start} and {stop} s");
+            bail!("the step of the manual value is at {time} s: it must be between {start} and {stop} s");
         }
         let setting = |variable: &String, value: Value, time: Option<f64>| Setting {
             variable: variable.clone(),
@@ -277,7 +277,7 @@ impl Linear {
 }
 
 /// The remedy if there is no linear form.
-const SENSITIVITY_UNKNOWN: &str = "Ms is not known for it; remove the constraint of ms, and bound overshoot instead";
+const SENSITIVITY_UNKNOWN: &str = "Ms is not known for it; remove the ms constraint, and bound overshoot instead";
 
 impl Identification {
     /// For each coordinate of a study's point, whether this job's points contain it.

@@ -218,11 +218,11 @@ fn a_table_that_cannot_be_searched_is_refused_with_what_is_possible() {
     );
     assert_eq!(
         error(&format!("minimize = \"iae\"\n{}", search.replace("5.0", "0.5"))),
-        "C.GAIN is searched from 1 to 0.5: min has to be below max"
+        "C.GAIN is searched from 1 to 0.5: min must be below max"
     );
     assert_eq!(
         error(&format!("minimize = \"iae\"\nevaluations = 5\n{search}")),
-        "evaluations = 5: 10 to 100000 are possible"
+        "evaluations = 5: it must be from 10 to 100000"
     );
     assert_eq!(
         error(&format!("minimize = \"iae\"\nfront = \"iae\"\n{search}")),

@@ -149,8 +149,8 @@ fn pulses_that_move_an_actuator_are_not_connected_with_pulses_that_act_while_the
     remarks(&home, &controller, &plant, &mut proposal);
     assert_eq!(shown(&proposal), ["P.TEMP -> C.PV_IN: both are the process value, both in °C"]);
     let expected = [
-        "UP and DOWN of C move an actuator between its stops, and HEAT and COOL of P act while they are on: they are different \
-         pulses and not connected",
+        "UP and DOWN of C move an actuator between its stops, and HEAT and COOL of P act while they are on: these pulses differ \
+         and are not connected",
         "nothing is connected to C.STOP_HIGH",
         "nothing is connected to P.POWER",
     ];

@@ -108,11 +108,11 @@ fn a_step_that_tells_nothing_is_refused() {
     let refused = |step: &Step| error(linear.identification(&job, step, 0.0, 100.0));
     assert_eq!(
         refused(&Step { from: Some(5.0), to: Some(5.0), ..Step::default() }),
-        "the manual value steps from 5 to 5: both have to be numbers, and not the same"
+        "the manual value steps from 5 to 5: they must be two different finite numbers"
     );
     assert_eq!(
         refused(&Step { time: Some(100.0), ..Step::default() }),
-        "the step of the manual value is at 100 s: it has to be between 0 and 100 s"
+        "the step of the manual value is at 100 s: it must be between 0 and 100 s"
     );
 }
 
@@ -162,7 +162,7 @@ fn a_controller_without_p_action_has_no_ideal_form() {
     let error = error(linear(&job(vec![switch("C.P_SEL", false)])));
     assert_eq!(
         error,
-        "the P action of PID is off: Ms is not known for it; remove the constraint of ms, and bound overshoot instead"
+        "the P action of PID is off: Ms is not known for it; remove the ms constraint, and bound overshoot instead"
     );
 }
 
