@@ -337,7 +337,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
             bail!("{name} is Boolean, which has no factors: omit relative and write values = [false, true]");
         }
         let key = (found.member, found.kind, found.variable.value_reference);
-        // The value in effect when the axis sets its own: the setting at the same time, else the last one before, else
+        // The value in effect when the axis sets its own: the setting at the same time, else the last earlier one, else
         // the start value.
         let set = settings
             .iter()

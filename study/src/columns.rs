@@ -51,7 +51,7 @@ impl Spill {
     /// Reads `count` numbers, starting at a position, and appends them to a list.
     ///
     /// # Errors
-    /// They cannot be read.
+    /// The numbers cannot be read.
     pub(crate) fn read<const N: usize, T>(
         &self,
         at: u64,

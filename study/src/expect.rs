@@ -1,10 +1,10 @@
 //! Expectations about the runs of a study, such as `overshoot < 10 %`.
 //!
 //! ```text
-//! overshoot < 10 %             of each run
-//! p95(settling) < 300 s        of a percentile of all runs; also min(..), median(..) and max(..)
-//! mean(travel) <= 250          of the mean
-//! TANK.LEVEL.violation == 0    the unit may be left out
+//! overshoot < 10 %             for each run
+//! p95(settling) < 300 s        for a percentile of all runs; also min(..), median(..) and max(..)
+//! mean(travel) <= 250          for the mean
+//! TANK.LEVEL.violation == 0    the unit may be omitted
 //! ```
 
 use crate::interval;

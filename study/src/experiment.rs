@@ -319,11 +319,11 @@ impl<C: Reset> Executor<C> {
     }
 
     /// Executes the run of a point with new instances and records it: the signals of the loop, the variables from which
-    /// figures are taken, and those that the system records. `receive` gets the recording in pieces. Returns the
+    /// figures are taken, and those that the system records. `receive` is passed the recording in pieces. Returns the
     /// figures, or `None` if an FMU ended the run.
     ///
     /// # Errors
-    /// An FMU refuses, with the time, or `receive` fails.
+    /// An FMU refuses (the message contains the time), or `receive` fails.
     ///
     /// # Panics
     /// See [`Executor::row`].
@@ -370,8 +370,8 @@ impl<C: Reset> Executor<C> {
         Ok((!has_ended).then(|| measures.end(traces, plan)))
     }
 
-    /// Checks that reset instances compute the same as new ones, with the run of the second point after that of the
-    /// first. If any bit differs, all further runs use new instances. A worker calls this once, before its first run.
+    /// Checks that reset instances compute the same as new ones, by running the second point after the first. If any
+    /// bit differs, all further runs use new instances. A worker calls this once, before its first run.
     ///
     /// Returns a sentence for the user if there is a difference.
     pub fn check_reset(&mut self, mut instantiate: impl FnMut(usize) -> Result<C>) -> Option<String> {

@@ -174,7 +174,7 @@ pub enum Sampling {
     LatinHypercube,
     /// A low-discrepancy sequence, which evenly fills the space of all axes.
     Sobol,
-    /// Saltelli's scheme for Sobol indices: each sample takes two runs more than there are distributions; see
+    /// Saltelli's scheme for Sobol indices: each sample requires two more runs than there are distributions; see
     /// [`sobol`](crate::sobol).
     Saltelli,
 }

@@ -147,7 +147,7 @@ impl Measures {
     /// Resolves the figures of a study. `roles` are those of the first member, if it has any.
     ///
     /// # Errors
-    /// A signal, value or limit is wrong, with the remedy, or there is no figure at all.
+    /// A signal, value or limit is wrong, or there are no figures at all; the message names the remedy.
     pub(crate) fn new(study: &Study, system: &System, names: &Names, roles: Option<&Roles>) -> Result<Measures> {
         let mut columns = Columns { names, columns: Vec::new() };
         let mut measures = Measures {

@@ -1,8 +1,8 @@
 //! The rows of an unfinished study in files: runs contained in a part are not repeated.
 //!
-//! A part is one file with the rows of consecutive runs: a line of text, a header as a second line in JSON, the rows in
-//! postcard format, and the SHA-256 hash of all that. Parts of a study can be made on any machine; those in one folder
-//! may overlap.
+//! A part is one file with the rows of consecutive runs: a line of text, a second line with a header in JSON, the rows
+//! in postcard format, and the SHA-256 hash of all that. Parts of a study can be made on any machine; those in one
+//! folder may overlap.
 
 use crate::Writer;
 use crate::results::RunResult;

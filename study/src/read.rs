@@ -326,7 +326,7 @@ fn axis(reader: &Reader, axis: &Spanned<AxisOf>) -> Result<Axis> {
     Ok(Axis { variables, time, relative: axis.relative, whole, group, names: Vec::new(), along })
 }
 
-/// An axis whose rows come from a file.
+/// An axis whose rows are read from a file.
 fn of_file(
     reader: &Reader,
     path: &Path,

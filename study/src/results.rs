@@ -12,7 +12,7 @@ use std::path::Path;
 /// A column of the results.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Quantity {
-    /// Its name: `FMU.VARIABLE`, or that of a figure.
+    /// Its name: `FMU.VARIABLE`, or the name of a figure.
     pub name: String,
     /// Its unit, if it has one.
     pub unit: Option<String>,

@@ -62,7 +62,7 @@ pub struct Distribution {
     pub max: Option<f64>,
     /// The mean.
     pub mean: Option<f64>,
-    /// The sample standard deviation (divided by the count less 1), or `None` for a single run.
+    /// The sample standard deviation (divided by the count minus 1), or `None` for a single run.
     pub deviation: Option<f64>,
     /// The best run. Here and in the following fields, equal values are ordered by run.
     pub best: Option<u64>,

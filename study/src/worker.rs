@@ -5,7 +5,7 @@
 //!      <--Reply---- standard output
 //! ```
 //!
-//! There is one thread for the FMUs. Rows are sent within a few milliseconds, so that a crash loses few of them.
+//! The FMUs share one thread. Rows are sent within a few milliseconds, so that a crash loses few of them.
 
 use crate::Job;
 use crate::experiment::{Detail, Executor, Experiment, Gives};
@@ -130,8 +130,8 @@ pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table
     Experiment::new(job, descriptions, roles.as_ref())
 }
 
-/// Makes the runs requested on standard input, with the FMUs unpacked in `folder`. If `find` knows all FMUs of a loop,
-/// they run in this process without their libraries.
+/// Makes the runs requested on standard input, with the FMUs unpacked in `folder`. If `find` returns a block for every
+/// FMU of a loop, the loop runs in this process without their libraries.
 ///
 /// # Errors
 /// Standard output is missing, or the main process has ended.

@@ -31,7 +31,7 @@ const UNSEEN: f64 = 0.0001;
 /// The minimum number of times that the controller acts in such a run, once per pulse period: otherwise, a dead time
 /// would count as rest.
 const WATCHED: usize = 200;
-/// A run oscillates if the width of its last third exceeds this fraction of its range: the band of 2 % to both sides
+/// A run oscillates if the width of its last third exceeds this fraction of its range: the band of 2 % on both sides
 /// within which a step counts as settled.
 const BAND: f64 = 0.04;
 /// The minimum number of times that an oscillation crosses its mean in two periods.
@@ -355,8 +355,8 @@ fn noise(values: &[f64]) -> f64 {
     (changes.iter().map(|change| change * change).sum::<f64>() / (6.0 * changes.len().max(1) as f64)).sqrt()
 }
 
-/// Whether the last third of the values is constant within this fraction of their range, as far as the noise permits.
-/// An empty list is at rest.
+/// Whether the last third of the values is constant within this fraction of their range, allowing for noise. An empty
+/// list is at rest.
 fn is_at_rest(values: &[f64], part: f64) -> bool {
     if values.is_empty() {
         return true;

@@ -268,7 +268,7 @@ fn preset(home: &dyn Home, of: &Loop) -> Result<Exported> {
     Ok(Exported::new(format!("{}.fmu", file_name(&of.name)), "application/octet-stream", content, one.warnings()))
 }
 
-/// A run as a description with which `plcfmu run` gives bit-identical results.
+/// A run as a description with which `plcfmu run` produces bit-identical results.
 fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)> {
     let mut remarks = Vec::new();
     let setup = record.setup();

@@ -29,7 +29,7 @@ pub trait Home: Fmus {
         None
     }
 
-    /// The texts of a PLC program's sources; empty for any other FMU.
+    /// The sources of a PLC program; empty for any other FMU.
     fn sources(&self, _fmu: &str) -> Vec<parameters::Source> {
         Vec::new()
     }

@@ -31,7 +31,7 @@ pub struct Instance<B> {
 }
 
 impl<B: Block> Instance<B> {
-    /// As [`Instance::new`], for runs side by side, in which blocks are stored as a `G`.
+    /// Like [`Instance::new`], for runs side by side, in which blocks are stored as a `G`.
     ///
     /// # Errors
     /// As [`Instance::new`].

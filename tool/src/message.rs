@@ -60,7 +60,7 @@ pub struct KnownLoop {
     pub stop: Option<f64>,
     /// The settings made during the run: the time in seconds, `MEMBER.VARIABLE`, and the value.
     pub events: Vec<(f64, String, Value)>,
-    /// The members that are programs: their FMUs have to be built from their sources.
+    /// The members that are programs: their FMUs must be built from their sources.
     pub programs: Vec<MadeOf>,
 }
 
@@ -106,7 +106,7 @@ pub struct SourceFile {
 pub struct Description {
     /// Its name in the catalogue.
     pub name: String,
-    /// The name of its block, by which parameter files know it.
+    /// The name of its block, as used in parameter files.
     pub block: String,
     /// A summary in one sentence.
     pub summary: String,
@@ -485,7 +485,7 @@ pub struct Figure {
     pub title: String,
     /// A short description.
     pub meaning: String,
-    /// Its value; `None` if the remarks give the reason.
+    /// Its value; `None` if it is missing for the reason given in the remarks.
     pub value: Option<f64>,
     /// Its unit.
     pub unit: Option<String>,

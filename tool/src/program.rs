@@ -103,7 +103,7 @@ pub struct SourceText {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Instance {
-    /// Its path, as the FMU names it: `motors[1]`; that of the program itself is empty.
+    /// Its path as named in the FMU, such as `motors[1]`; empty for the program itself.
     pub path: String,
     /// Its block.
     pub block: String,

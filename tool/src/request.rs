@@ -147,7 +147,7 @@ requests! { |home, session|
     Settle(of: experiment::Settle) -> Settled = experiment::settle(home, session, &of)?;
     /// Brings the loop to rest in automatic mode at a setpoint, from which a step can begin.
     RestAt(of: experiment::RestAt) -> Settled = experiment::rest_at(home, session, &of)?;
-    /// Replaces all members but the first by others, which begin now; the controller continues.
+    /// Replaces all members but the first with others, which start now; the controller continues.
     Exchange {
         /// The new members.
         members: Vec<Member>,
@@ -168,7 +168,7 @@ requests! { |home, session|
         run: Option<usize>,
     } -> State = session.same_bits(home, run)?;
     /// Repeats the test of a run with other settings: its stimuli (setpoint, manual value, disturbances, noise) recur
-    /// at the same times; settings, plant and connections are those in force from the beginning on.
+    /// at the same times; settings, plant and connections are those in force, from the beginning.
     SameTest {
         /// The run whose test is repeated; by default the present one.
         #[serde(default)]

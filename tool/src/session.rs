@@ -35,7 +35,7 @@ pub const MOST_RAMP: usize = 100_000;
 /// The maximum number of events of a run.
 pub const MOST_EVENTS: usize = 1_000_000;
 
-/// The maximum number of calls in a trial run made while the user types.
+/// The maximum number of calls in a trial run that follows the user's typing.
 pub const MOST_TRIED: usize = 20_000;
 
 /// The maximum number of members of a loop.

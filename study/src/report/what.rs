@@ -22,7 +22,7 @@ pub(super) struct RanPart<'a> {
     pub(super) connections: Vec<String>,
     pub(super) settings: Vec<String>,
     pub(super) events: Vec<(String, String)>,
-    /// The folder in which the commands work.
+    /// The folder in which to run the commands.
     pub(super) folder: String,
     pub(super) command: String,
     /// The command that also records the curves of the worst run.

@@ -1,10 +1,10 @@
-//! The search: a space-filling start design; the Nelder-Mead method from the best candidates, and after a while only
-//! from the best one; then, if there is a front, the same for its other end, and for bounds on the second figure in
-//! between.
+//! The search: a space-filling initial design; then the Nelder-Mead method from the best candidates, and after a while
+//! only from the best one; then, if there is a front, the same for its other end, and for bounds on the second figure
+//! in between.
 //!
-//! Several simplices work at once, each requesting one candidate at a time; these are evaluated together. A simplex
-//! does not wait: it is replayed from its start, with all known candidates, up to the first unknown one. So the search
-//! has no threads, and the candidates it tries depend only on the problem and the figures.
+//! Several simplices work in parallel, each requesting one candidate at a time; these are evaluated together. A simplex
+//! does not wait: it is replayed from its start, with all known candidates, up to the first unknown one. The search
+//! therefore needs no threads, and the candidates it tries depend only on the problem and the figures.
 
 use crate::Sampling;
 use crate::results::RunResult;
@@ -17,7 +17,7 @@ use std::cell::{Cell, RefCell};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-/// The number of candidates of the start design evaluated at once.
+/// The number of candidates of the initial design evaluated together.
 const BATCH: usize = 64;
 /// The standard deviation of a simplex' costs at which it has converged; feasible costs are between -1 and 1.
 const TOLERANCE: f64 = 1e-5;
@@ -174,7 +174,7 @@ where
         Ok(())
     }
 
-    /// Evaluates the start design.
+    /// Evaluates the initial design.
     fn explore(&mut self, first: Option<&[f64]>) -> Result<()> {
         let (axes, limit) = (self.problem.search.len(), self.problem.evaluations);
         let count = (limit / 6).max(4 * axes + 1).min(limit / 2);

@@ -22,7 +22,7 @@ impl Script {
         Script { setup, calls, events, exchanges: record.exchanges.clone() }
     }
 
-    /// Keeps only the stimuli among the events. Other settings apply from the beginning on, unless `values` contains
+    /// Keeps only the stimuli among the events. Other settings apply from the beginning, unless `values` contains
     /// another value; so does a plant that replaced another.
     pub(super) fn put_settings(&mut self, home: &dyn Home, values: &Values) -> Result<()> {
         if let Some(last) = self.exchanges.pop() {
