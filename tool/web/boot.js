@@ -1,11 +1,11 @@
 /**
- * What the page is packed in, and its beginning: a script of all modules, known as a URL of this page alone, and the engine, which
- * is compiled beside it.
+ * Unpacks and starts the page: one script with all modules, run from a URL that only this page can use, and the engine, which a
+ * worker compiles in parallel.
  */
 
 /**
- * The bytes of a text in base 93: two digits are 13 bits, or 14 where 93 squared has room for them. The digits are the
- * characters from ! to ~, but for <, which means something in a script. The worker has a copy of its text.
+ * Decodes a base-93 string: two digits hold 13 bits, or 14 where 93 squared has room for them. The digits are the characters
+ * from ! to ~ except <, which has a meaning in a script. The worker runs a copy of this function's source.
  *
  * @param {string} text
  * @returns {Uint8Array<ArrayBuffer>}
@@ -45,7 +45,7 @@ const unpack = async (text) => {
 
 /**
  * Unpacks LZMA: the length in 4 bytes, then a stream without a header whose literals depend on 4 bits of the preceding
- * byte. The worker has a copy of its text.
+ * byte. The worker runs a copy of this function's source.
  *
  * @param {Uint8Array<ArrayBuffer>} packed
  * @returns {Uint8Array<ArrayBuffer>}
@@ -53,7 +53,7 @@ const unpack = async (text) => {
 const expand = (packed) => {
   const size = new DataView(packed.buffer, packed.byteOffset).getUint32(0, true);
   const out = new Uint8Array(size);
-  // Where the chances of each kind of bit begin: of a state's decisions, of distances, of lengths, of literals.
+  // Offsets of the probabilities by kind of bit: decisions of a state, distances, lengths, literals.
   const [isMatch, isRepeat, isOlder, isOldest, isThird, isLong] = [0, 12, 24, 36, 48, 60];
   const [slots, near, low, lengths, repeats, literals] = [72, 328, 443, 459, 733, 1007];
   const chances = new Uint16Array(literals + (0x300 << 4)).fill(1024);
@@ -81,13 +81,13 @@ const expand = (packed) => {
     if (range < 0x1000000) refill();
     return is;
   };
-  /** A number of so many bits, the high one first. @param {number} place @param {number} count */
+  /** A number of `count` bits, most significant bit first. @param {number} place @param {number} count */
   const number = (place, count) => {
     let found = 1;
     for (let each = 0; each < count; each += 1) found = (found << 1) | bit(place + found);
     return found - (1 << count);
   };
-  /** The same, the low bit first. @param {number} place @param {number} count */
+  /** The same, least significant bit first. @param {number} place @param {number} count */
   const reversed = (place, count) => {
     let [found, tree] = [0, 1];
     for (let each = 0; each < count; each += 1) {
@@ -123,7 +123,7 @@ const expand = (packed) => {
     if (bit(isMatch + state) === 0) {
       const place = literals + 0x300 * ((to > 0 ? out[to - 1] : 0) >> 4);
       let symbol = 1;
-      // After a match, the byte that would have continued it is informative.
+      // After a match, the byte that would have continued it selects the probabilities.
       for (
         let match = state > 6 ? out[to - before[0] - 1] : -1;
         match >= 0 && symbol < 0x100;
@@ -178,7 +178,7 @@ const whole = new Promise((done) => {
 });
 
 /**
- * The unpacked content of an element; nothing if there is none.
+ * The unpacked content of an element; empty if the element is missing or empty.
  *
  * @param {string} id
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
@@ -189,7 +189,7 @@ globalThis.unpackedElement = async (id) => {
   return text ? unpack(text) : new Uint8Array();
 };
 
-/** The engine of the page, if it has one: it is compiled in a worker, or here where there can be none. */
+/** The page's engine, if it has one: compiled in a worker, or here if no worker can be started. */
 globalThis.compiledEngine = whole.then(async () => {
   const text = packed("engine");
   if (!text) return undefined;

@@ -1,8 +1,8 @@
 /**
- * Help, diagrams and texts of the FMUs, as the page was made with them.
+ * Help, diagrams and texts of the FMUs that were built into the page.
  *
- * They are HTML and SVG. Of both only elements and attributes that show something are taken over: a user's own block brings
- * its own texts.
+ * They are HTML and SVG. Only visible elements and harmless attributes are copied, because a user's own block comes with its own
+ * texts.
  *
  * @typedef {{ diagram: string, help: Record<string, string>, about: string }} Asset
  */
@@ -42,7 +42,7 @@ const SVG = new Set("circle ellipse g line path polygon polyline rect svg text t
 const FORBIDDEN = /^(on|href$|src$|xlink:href$|style$|id$)/;
 
 /**
- * The elements of an HTML text that show something; of others the text.
+ * The allowed elements of an HTML string; other elements are replaced by their content.
  *
  * @param {string} text
  * @returns {DocumentFragment}

@@ -1,4 +1,4 @@
-/** The line at the top, and the sentences for the user below it. */
+/** The bar at the top, and the messages to the user below it. */
 
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { ask, EngineError, goOnInThePage, hasEngineInPage, listenToNewEngine, whereIsTheEngine } from "tool/engine.js";
@@ -9,7 +9,7 @@ import { source, store } from "tool/store.js";
 import { shown } from "tool/values.js";
 
 const MOST_NOTICES = 4;
-/** How long a note stays that asks for nothing, in milliseconds. */
+/** How long a note that asks for nothing is shown, in milliseconds. */
 const NOTE = 8000;
 
 export function mount() {
@@ -37,14 +37,13 @@ export function mount() {
   store.on("forced", showWhat);
   update();
   store.on("say", notice);
-  // Content below a note makes room for it.
+  // The content makes room for the notes.
   const notices = byId("notices");
   new ResizeObserver(() => {
     const { offsetHeight: height } = notices;
     document.body.style.setProperty("--notices", height > 0 ? `${height + 20}px` : "0px");
   }).observe(notices);
-  // A note is about the last action: the next change removes it. Errors stay until they are closed, or other files are
-  // opened.
+  // A note is about the last action, so the next change removes it. Errors stay until they are closed or other files are opened.
   const end = (/** @type {string} */ which) => {
     for (const note of byId("notices").querySelectorAll(which)) note.remove();
   };
@@ -61,7 +60,7 @@ export function mount() {
   store.on("failure", () => store.say(new EngineError(store.state?.failure ?? "")));
 }
 
-/** Name, block, cycle, file and how many settings are changed. */
+/** Shows name, block, cycle, file and the number of changed settings. */
 function showWhat() {
   const loop = store.loop;
   const what = byId("what");
@@ -76,7 +75,7 @@ function showWhat() {
   const parts = [
     element("strong.loop-name", loop.name || "(no name)"),
     loop.notes.title && element("span.loop-title", { title: loop.notes.title }, loop.notes.title),
-    // A loop without a name of its own has that of its block.
+    // A loop without a name has the name of its block.
     loop.name !== loop.description.block && element("span", loop.description.block),
     cycle &&
       loop.settings[cycle] &&
@@ -133,7 +132,7 @@ function question({ text: sentence, yes, no = "No", act }) {
   made.querySelector("button")?.focus();
 }
 
-/** The server does not answer: the page keeps its content, and may continue without FMUs. */
+/** The server does not respond: the page keeps its content and can continue without FMUs. */
 function showLost() {
   document.getElementById("lost")?.remove();
   if (!store.isLost) return;

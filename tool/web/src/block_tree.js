@@ -1,5 +1,5 @@
 /**
- * The blocks and instances of a program as a tree: which of them is looked at.
+ * The blocks and instances of a program as a tree, from which one is chosen for display.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Instance} Instance
@@ -7,11 +7,11 @@
 
 import { element } from "tool/dom.js";
 
-/** The tree that is open stays open when the program is drawn anew. */
+/** Whether the tree is open: it stays open when the program is redrawn. */
 let isOpen = false;
 
 /**
- * The tree, folded; `undefined` for a program of one block.
+ * The tree; `null` for a program with a single block.
  *
  * @param {Compiled} compiled
  * @param {(block: string, path: string | undefined) => void} choose
@@ -19,7 +19,7 @@ let isOpen = false;
 export function blockTree({ parts, blocks, sources }, choose) {
   const named = (/** @type {string} */ name) => blocks.find((one) => one.name.toUpperCase() === name.toUpperCase());
   const own = parts.filter((part) => named(part.block));
-  // Blocks without an instance: functions, and organization blocks beside the one that runs.
+  // Blocks without an instance: functions, and organization blocks other than the one that runs.
   const others = blocks.filter((block) => !own.some((part) => part.block.toUpperCase() === block.name.toUpperCase()));
   if (own.length + others.length < 2) return null;
   const entry = (/** @type {string} */ text, /** @type {string} */ block, /** @type {string | undefined} */ path) => {
@@ -27,7 +27,7 @@ export function blockTree({ parts, blocks, sources }, choose) {
     const title = at && `${sources[at.file].file}, line ${at.line}`;
     return element("button.plain", { title, onclick: () => choose(block, path) }, text);
   };
-  /** Those directly below a path: no other instance lies between. @param {Instance} of @returns {Instance[]} */
+  /** The instances directly below another, with none in between. @param {Instance} of @returns {Instance[]} */
   const below = (of) =>
     own.filter(
       (part) =>
@@ -63,7 +63,7 @@ export function blockTree({ parts, blocks, sources }, choose) {
   return fold;
 }
 
-/** Whether a path lies in that of an instance. @param {string} path @param {string} of */
+/** Whether a path is inside an instance's path. @param {string} path @param {string} of */
 function within(path, of) {
   return of === "" ? path !== "" : path.startsWith(`${of}.`);
 }

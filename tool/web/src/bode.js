@@ -1,5 +1,5 @@
 /**
- * The Bode plot of the open loop: for the settings in force, and for those of a rule.
+ * The Bode plot of the open loop, for the settings in force and for those of a tuning rule.
  *
  * @typedef {import("./messages").OpenLoop} OpenLoop
  * @typedef {import("tool/charts.js").Drawing} Drawing
@@ -11,11 +11,11 @@ import { ask } from "tool/engine.js";
 import { valuesOf } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** Lower values are of no use, and would squeeze the rest. */
+/** Lower values are useless and would compress the rest of the plot. */
 const [LOWEST_AMPLITUDE, LOWEST_PHASE] = [-40, -360];
 
 /**
- * A place for a plot.
+ * Prepares an element for a plot; returns functions that show and clear it.
  *
  * @param {HTMLElement} place
  */
@@ -62,7 +62,7 @@ export function bodePlot(place) {
 }
 
 /**
- * The margins in numbers.
+ * The stability margins as a table.
  *
  * @param {string[]} names
  * @param {OpenLoop[]} loops
@@ -96,7 +96,7 @@ function marginsTable(names, loops) {
 }
 
 /**
- * One half of the plot, with the margin that is read in it as a line from the curve to 0 dB or -180°.
+ * One half of the plot, with its margin drawn as a line from the curve to 0 dB or -180°.
  *
  * @param {string[]} names
  * @param {number[]} x

@@ -1,5 +1,5 @@
 /**
- * A breakpoint: a condition on a variable that pauses the run in the call in which it begins to hold.
+ * A breakpoint: a condition on a variable that pauses the run in the call in which it becomes true.
  *
  * @typedef {import("./messages").Until} Until
  */
@@ -11,7 +11,7 @@ import { store } from "tool/store.js";
 /** `level > 95`, `valve`, `NOT valve`. */
 const CONDITION = /^\s*(NOT\s+)?(.+?)\s*(?:(<=|>=|<>|=|<|>)\s*(\S+))?\s*$/i;
 
-/** The field for it. */
+/** The input field for the breakpoint. */
 export function breakpointField() {
   const input = element("input", {
     ...{ id: "breakpoint", placeholder: "level > 95, valve, NOT valve", spellcheck: "false", autocomplete: "off" },
@@ -38,13 +38,13 @@ export function breakpointField() {
   return element("label.row", { for: "breakpoint" }, "Pause when", input, said);
 }
 
-/** The condition that is in force. @returns {Until | undefined} */
+/** The condition in force. @returns {Until | undefined} */
 export function breakpoint() {
   return store.loop?.notes.breakpoint?.condition;
 }
 
 /**
- * Parses a condition; a sentence if it is invalid, nothing if the text is empty.
+ * Parses a condition; returns an error message if it is invalid, and `undefined` if the text is empty.
  *
  * @param {string} of
  * @returns {Promise<Until | string | undefined>}

@@ -1,4 +1,4 @@
-/** The characteristic of a pulse former with the values in its fields: the mean of its pulses over its input. */
+/** The characteristic of a pulse former for the values in its fields: mean pulse output against input. */
 
 import { element, fill, svg } from "tool/dom.js";
 import { ask } from "tool/engine.js";
@@ -24,7 +24,7 @@ export function mount(after) {
       // A flat curve explains nothing: in automatic mode, the manual value moves no output.
       if (mine === asked) fill(within, sweeps.filter(isMoving).map(chart));
     } catch {
-      // A value that the block refuses is reported beside its field.
+      // A value that the block rejects is reported beside its field.
       if (mine === asked) fill(within);
     }
   };

@@ -1,28 +1,28 @@
 /**
- * Charts: what all of them share, and a small one for panels.
+ * Shared parts of all charts, and a small chart for panels.
  *
  * @typedef {object} Line
  * @property {string} name
  * @property {(number | null)[]} values
  * @property {string} [unit]
  * @property {"left" | "right"} [side]
- * @property {number} [colour] its place in the palette
+ * @property {number} [colour] index in the palette
  * @property {boolean} [isDashed]
  * @property {boolean} [isStepped] whether a value holds until the next
  *
  * @typedef {object} Drawing
- * @property {string} title what a screen reader says of it
+ * @property {string} title read out by a screen reader
  * @property {string} xLabel
  * @property {number[]} x ascending
  * @property {Line[]} lines
  * @property {number} [height] in CSS pixels
- * @property {boolean} [isLogarithmic] whether x is
- * @property {Mark[]} [marks] straight lines over the curves of the left side
+ * @property {boolean} [isLogarithmic] whether the x axis is logarithmic
+ * @property {Mark[]} [marks] straight lines over the curves of the left axis
  *
  * @typedef {object} Mark
  * @property {[number, number]} from
  * @property {[number, number]} to
- * @property {number} [colour] its place in the palette; that of an axis without it
+ * @property {number} [colour] index in the palette; by default, the colour of an axis
  */
 
 import { element, fill } from "tool/dom.js";
@@ -30,20 +30,24 @@ import { element, fill } from "tool/dom.js";
 /** The font of axes and labels. */
 export const FONT = "11px system-ui, 'Segoe UI', Helvetica, Arial, sans-serif";
 
-/** Setpoint, process value, manipulated value; then curves of choice. By their names in the palette. */
+/** Setpoint, process value, manipulated value, then curves that the user adds, by their names in the palette. */
 const CURVES = ["setpoint", "curve-1", "curve-2", ...[1, 2, 3, 4, 5].map((one) => `choice-${one}`)];
-/** Runs that are compared. */
+/** Colours of compared runs, by their names in the palette. */
 const RUNS = ["run-1", "run-2", "choice-1", "choice-2", "choice-5"];
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
-/** The colours of a picture on white paper, as in the style sheet for a light page. */
+/** The colours of a picture on white paper: those of the style sheet for a light page. */
 const ON_PAPER = { ink: "#18212e", faint: "#566070", paper: "#ffffff" };
 
-/** The colours of a light page and of a dark one: to read them, the browser brings the style of the whole page up to date. @type {Map<boolean, ReturnType<typeof themeNow>>} */
+/**
+ * The colours of the light and the dark page, cached: reading them makes the browser recompute the style of the whole page.
+ *
+ * @type {Map<boolean, ReturnType<typeof themeNow>>}
+ */
 const themes = new Map();
 
-/** The colours of charts as the page is shown now. */
+/** The chart colours for the page's current theme. */
 export function theme() {
   const known = themes.get(dark.matches) ?? themeNow();
   themes.set(dark.matches, known);
@@ -57,12 +61,12 @@ function themeNow() {
   return { ...palette(dark.matches), ink: colour("--ink"), faint: colour("--faint"), paper: colour("--paper") };
 }
 
-/** The colours of charts on white paper, whatever the page is. */
+/** The chart colours on white paper, whatever the theme of the page. */
 export function paperTheme() {
   return { ...palette(false), ...ON_PAPER };
 }
 
-/** The palette is one file, which all that draws reads. @param {boolean} isDark */
+/** The colours from the palette file, which everything that draws shares. @param {boolean} isDark */
 function palette(isDark) {
   const style = getComputedStyle(document.documentElement);
   const colour = (/** @type {string} */ name) =>
@@ -75,13 +79,13 @@ function palette(isDark) {
   };
 }
 
-/** @param {() => void} listener called when the colours are others */
+/** @param {() => void} listener called when the colours change */
 export function onTheme(listener) {
   dark.addEventListener("change", listener);
 }
 
 /**
- * The numbers of an axis, all with the digits that tell them apart.
+ * The tick labels of an axis, with just enough digits to tell them apart.
  *
  * @param {(number | null)[]} splits
  * @returns {(string | null)[]}
@@ -93,7 +97,7 @@ export function ticks(splits) {
   const isFar = most >= 1e6 || (most > 0 && most < 1e-4);
   const digits = Math.max(0, Math.ceil(Math.log10(most / step) - 1e-4) + 1);
   let decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  // A step of 0.0025 has a digit more than one of 0.002.
+  // A step of 0.0025 needs one digit more than a step of 0.002.
   for (let more = 0; more < 2 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 0.01; more += 1)
     decimals += 1;
   decimals = Math.min(decimals, 12);
@@ -104,15 +108,15 @@ export function ticks(splits) {
   });
 }
 
-/** Steps between two numbers of an axis. */
+/** Steps between two numbers on an axis, per decade. */
 const STEPS = [1, 2, 2.5, 5];
 
 /**
- * The round numbers that an axis may have, the densest first, and its ends: round ones where these are near.
+ * The ends of an axis, rounded if a round number is near, and the sets of round numbers it may show, densest first.
  *
  * @param {number} from
  * @param {number} to
- * @param {number} most how many steps fit at most
+ * @param {number} most the maximum number of steps
  * @returns {[number, number, number[][]]}
  */
 export function numberings(from, to, most) {
@@ -130,13 +134,13 @@ export function numberings(from, to, most) {
 }
 
 /**
- * Another axis, whose round numbers lie on the lines of the first, so that its curves have as much room as possible: its lowest and
- * highest value, its numbers and those of the first.
+ * Scales a second axis so that its round numbers coincide with grid lines of the first and its curves have as much room as
+ * possible. Returns its lowest and highest value, its numbers and those of the first axis.
  *
- * @param {number[][]} of the numbers that the first axis may have
+ * @param {number[][]} of the sets of numbers that the first axis may show
  * @param {[number, number]} edges of the first axis
- * @param {number} from what is to be seen at least
- * @param {number} to
+ * @param {number} from start of the range that must be visible
+ * @param {number} to its end
  */
 export function onLines(of, [low, high], from, to) {
   /** @type {[number, number, number[], number[]]} */
@@ -158,21 +162,21 @@ export function onLines(of, [low, high], from, to) {
   return best;
 }
 
-/** Steps around a length, from small ones on. @param {number} length */
+/** Round steps from the decade of a length upwards, in ascending order. @param {number} length */
 function rounder(length) {
   const decade = Math.floor(Math.log10(length));
   return [0, 1, 2].flatMap((more) => STEPS.map((one) => Number(`${one}e${decade + more}`)));
 }
 
 const DAY = 86400;
-/** A longer part of time is written in minutes, in seconds, in days. */
+/** Lengths in seconds above which times are written in minutes, or in days. */
 const [IN_MINUTES, IN_DAYS] = [600, 3 * DAY];
 
 /**
- * Seconds as people write a time on an axis: 12.5 s, 3:20 min, 4 d 12 h.
+ * Formats a time for an axis: 12.5 s, 3:20 min, 4 d 12 h.
  *
  * @param {number} seconds
- * @param {number} length of what is shown
+ * @param {number} length of the visible part, in seconds
  */
 export function clock(seconds, length) {
   if (length <= IN_MINUTES) return String(Number(seconds.toFixed(6)));
@@ -186,7 +190,7 @@ export function clock(seconds, length) {
   return `${seconds < 0 ? "-" : ""}${hours ? `${hours}:` : ""}${end}`;
 }
 
-/** Steps between two marks of a time axis: 1, 2, 5 and then divisors of minutes and hours. */
+/** Steps between two ticks of a time axis: 1, 2, 5, then divisors of minutes and hours, then days. */
 export const TIME_STEPS = [
   ...[
     0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200,
@@ -196,7 +200,7 @@ export const TIME_STEPS = [
 ];
 
 /**
- * An axis of uPlot in the page's colours.
+ * A uPlot axis in the page's colours.
  *
  * @param {uPlot.Axis} options
  * @returns {uPlot.Axis}
@@ -238,11 +242,11 @@ export function timeUnit(length) {
 }
 
 /**
- * How a value axis is ranged: as the data, with some room; percent keeps 0 to 100 as long as nothing lies outside.
+ * The range function of a value axis: the range of the data with a margin; percent keeps 0 to 100 unless a value is outside.
  *
  * @param {string} unit
- * @param {() => [number, number]} [more] what else is to be seen, such as earlier runs
- * @param {number} [room] of percent, below 0 and above 100
+ * @param {() => [number, number]} [more] a further range that must be visible, for example of earlier runs
+ * @param {number} [room] margin of a percent axis below 0 and above 100
  * @returns {uPlot.Range.Function}
  */
 export function ranged(unit, more = () => [Infinity, -Infinity], room = 4) {
@@ -252,7 +256,7 @@ export function ranged(unit, more = () => [Infinity, -Infinity], room = 4) {
     let to = Math.max(high ?? -Infinity, most);
     if (from > to) [from, to] = [0, unit === "%" ? 100 : 1];
     if (unit === "%" && from >= 0 && to <= 100) return [-room, 100 + room];
-    // A constant value lies in the middle, and what is only round-off looks constant.
+    // A constant value is drawn in the middle, and mere round-off must look constant.
     const least_span = Math.max(Math.abs(from), Math.abs(to), 1e-6) * 1e-4;
     if (to - from < least_span) {
       const room = Math.max(Math.abs(from) * 0.05, 0.5);
@@ -263,7 +267,7 @@ export function ranged(unit, more = () => [Infinity, -Infinity], room = 4) {
 }
 
 /**
- * A piece of a line, for a legend.
+ * A short line segment for a legend.
  *
  * @param {string} colour
  * @param {boolean} [isDashed]
@@ -294,11 +298,11 @@ function drawMarks(plot, marks) {
 }
 
 /**
- * A small chart within an element, as wide as that. Its lines are told apart by the legend, which is text.
+ * Draws a small chart that fills the width of an element, with a text legend for its lines.
  *
  * @param {HTMLElement} within
  * @param {Drawing} drawing
- * @returns {() => void} ends it
+ * @returns {() => void} removes the chart
  */
 export function draw(within, drawing) {
   /** @type {uPlot | undefined} */
@@ -323,7 +327,7 @@ export function draw(within, drawing) {
         height: drawing.height ?? 170,
         legend: { show: false },
         cursor: { show: false },
-        // A slope is a line, and no stairs of pixels.
+        // Draw a slope as a line rather than as a staircase of pixels.
         pxAlign: 0,
         scales: {
           x: drawing.isLogarithmic ? { time: false, distr: 3, range: (_, low, high) => [low, high] } : { time: false },

@@ -1,4 +1,4 @@
-/** The differences from the file, or from the block's start values if there is no file. */
+/** The differences from the file, or from the block's start values if no file is open. */
 
 import { byId, element, fill, tableHead } from "tool/dom.js";
 import { toggleDrawer } from "tool/panels.js";

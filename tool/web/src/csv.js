@@ -1,25 +1,25 @@
 /**
- * CSV files of the plant, as far as the page has to know them: the engine reads them.
+ * CSV recordings of the plant. The page only decodes the text; the engine parses it.
  *
  * @typedef {object} Recording
  * @property {string} name the file's name
  * @property {string} text
- * @property {string[]} columns the names of the columns
+ * @property {string[]} columns the column names
  */
 
 import { element } from "tool/dom.js";
 import { ask, EngineError } from "tool/engine.js";
 import { store } from "tool/store.js";
 
-/** More than this the engine refuses; the page should not try. */
+/** The engine rejects larger files, so the page does not try. */
 const MOST_BYTES = 60_000_000;
 
 /**
- * The content of a file, whatever Windows encoding it has.
+ * Reads a file in UTF-8, UTF-16 or Windows-1252.
  *
  * @param {File} file
  * @returns {Promise<Recording>}
- * @throws {EngineError} a sentence
+ * @throws {EngineError} if the file is too large or the engine rejects it
  */
 export async function recordingOf(file) {
   if (file.size > MOST_BYTES) {
@@ -48,7 +48,7 @@ function decoded(bytes) {
 }
 
 /**
- * A button that opens a CSV file, or takes one that is dropped on it.
+ * A button that opens a CSV file or accepts one dropped on it.
  *
  * @param {string} id
  * @param {string} label

@@ -1,9 +1,9 @@
 /**
- * The curves of a run: setpoint and process value on the left, manipulated value on the right, others of choice, Booleans in
- * lanes below; other runs in their colours, a predicted curve dashed; a cursor with the values of all.
+ * The curves of a run: setpoint and process value on the left axis, manipulated value on the right, curves that the user adds,
+ * Booleans in lanes below; earlier runs in their own colours, a predicted curve dashed; a cursor that shows all values.
  *
  * All values come from the engine's `view`, thinned to the width of the picture: then each column is a band from the lowest to the
- * highest value of its calls.
+ * highest value of the calls in it.
  *
  * @typedef {import("tool/signals.js").Signal} Signal
  * @typedef {import("./messages").Curves} View
@@ -19,8 +19,8 @@
  * @property {boolean} isSwitch
  * @property {boolean} isDashed
  * @property {boolean} isMain setpoint, process value, manipulated value
- * @property {number | undefined} period in seconds, over which pulses are averaged
- * @property {boolean} isOfChoice whether the user has chosen it and can remove it
+ * @property {number | undefined} period averaging period of pulses, in seconds
+ * @property {boolean} isOfChoice whether the user added the curve and can remove it
  */
 
 import { onTheme, paperTheme, swatch, theme } from "tool/charts.js";
@@ -60,7 +60,7 @@ const WINDOWS = /** @type {[string, number][]} */ ([
 ]);
 const MOST_CHOSEN = 4;
 const MOST_LANES = 8;
-/** The least that a picture is worth. */
+/** The smallest picture that is worth drawing, in CSS pixels. */
 const [NARROWEST, LOWEST] = [200, 120];
 
 /** @type {HTMLElement} */
@@ -69,9 +69,9 @@ let place;
 let sheet;
 /** @type {HTMLElement} */
 let thinned;
-/** The hint shown while there is no curve. @type {HTMLElement} */
+/** The hint shown before the first run. @type {HTMLElement} */
 let nothing;
-/** The earlier runs that are drawn. @type {HTMLElement} */
+/** The legend of the earlier runs drawn. @type {HTMLElement} */
 let legend;
 /** @type {HTMLElement} */
 let readout;
@@ -92,7 +92,7 @@ let available = [];
 let curves = [];
 /** @type {uPlot | undefined} */
 let plot;
-/** Where the row of each lane begins. @type {(at: number) => number} */
+/** The base line of each lane. @type {(at: number) => number} */
 let base = () => 0;
 /** The events of the run. @type {import("tool/plot.js").Mark[]} */
 let marks = [];
@@ -119,7 +119,7 @@ export function mount(content) {
   store.on("plant", choose);
   for (const what of ["run", "state", "runs", "range"]) store.on(what, refresh);
   store.on("cursor", () => {
-    // Under the pointer it is where the pointer is.
+    // While the pointer is over the chart, uPlot places the cursor itself.
     if (!isPointed) placeCursor();
     showValues();
   });
@@ -137,14 +137,14 @@ export function mount(content) {
   store.on("key-zoom-out", () => zoomBy(2));
 }
 
-/** Brings the curves up to date in whose place the timing diagram stands. */
+/** Updates the curves while they are hidden by the timing diagram. */
 export async function bringUpToDate() {
   if (isInSight()) return;
   await fetchCurves();
   show();
 }
 
-/** The shown curves as a picture. @param {boolean} [isRunOnly] without trial or predicted curves */
+/** The visible curves, for a picture. @param {boolean} [isRunOnly] without trial or predicted curves */
 export function shownPicture(isRunOnly = false) {
   const visible = curves.filter(isShown);
   return {
@@ -160,7 +160,7 @@ export function shownPicture(isRunOnly = false) {
   };
 }
 
-/** The curves that are shown, by their names in the engine. */
+/** The engine names of the visible curves. */
 export function shownNames() {
   return curves.filter(isShown).map((curve) => curve.name);
 }
@@ -223,7 +223,7 @@ function isShown(curve) {
   return !notes()?.hidden.includes(curve.name);
 }
 
-/** Which curves there are for the loop that is shown. */
+/** Chooses the curves for the current loop. */
 async function choose() {
   const loop = store.loop;
   if (!loop) {
@@ -248,7 +248,7 @@ async function choose() {
   const outputs = found.filter(({ member, variable }) => member === loop.member && variable.role === "output");
   const shownFirst = main.length > 1 ? main : [...main, ...outputs.slice(0, 2).map((signal) => signal.name)];
   const names = new Set([...shownFirst, ...kept.chosen, ...pulses, ...stopped]);
-  // The setpoint has the unit of the value it is compared with; another block's output does not.
+  // The setpoint has the unit of the controller's own process value, which need not be the unit of another block's output.
   const left = own ? unitText(knownUnits.processValue) || unitOf(own) : unitOf(setpoint ?? processValue);
   const right = unitText(knownUnits.manipulatedValue);
   let colour = 3;
@@ -257,7 +257,7 @@ async function choose() {
     if (!signal) return [];
     const isLeft = name === setpoint || name === own;
     const unit = isLeft ? left : name === manipulatedValue ? right : unitText(signal.variable.unit);
-    // One unit has one axis. Two numbers without a unit need not be of one kind.
+    // One axis per unit. Two numbers without a unit need not be the same quantity.
     const isSame = unit === left && (unit !== "" || !own || name !== manipulatedValue);
     const other = name === manipulatedValue || unit === right ? "right" : `unit ${unit}`;
     const scale = isLeft || isSame ? "left" : other;
@@ -287,7 +287,7 @@ function unitOf(name) {
   return unitText(available.find((signal) => signal.name === name)?.variable.unit);
 }
 
-/** The list of variables that can be added. */
+/** Fills the list of variables that can be added. */
 function offer() {
   const kept = notes();
   const loop = store.loop;
@@ -347,12 +347,12 @@ function height() {
   return Math.max(place?.clientHeight ?? 0, LOWEST);
 }
 
-/** Makes the picture anew: other curves, another size, other colours. */
+/** Recreates the picture after a change of curves, size or colours. */
 function make() {
   plot?.destroy();
   plot = undefined;
   showReadout = makeReadout(readout, curves, { isShown, toggle, remove });
-  // The values may take a second row, which the picture leaves to them.
+  // Values first: they may need a second row, which leaves less room for the picture.
   showValues();
   if (curves.length === 0) return;
   const size = { width: width(), height: height() };
@@ -394,7 +394,7 @@ function hooks() {
 }
 
 let isPlacing = false;
-/** Whether the cursor is where the pointer is: it goes with it. */
+/** Whether the cursor follows the pointer. */
 let isPointed = false;
 
 function leave() {
@@ -404,7 +404,7 @@ function leave() {
 }
 
 /**
- * A name that fits beside the curves: without the blocks inside the controller.
+ * A name short enough for the readout: without the path of inner blocks.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {string} name
@@ -432,11 +432,11 @@ function key(event) {
   });
 }
 
-/** Moves the cursor by this many drawn calls. @param {number} by */
+/** Moves the cursor by this many drawn rows. @param {number} by */
 function move(by) {
   const at = index();
   if (at === undefined) return;
-  // Two rows of one time are the lowest and the highest value there.
+  // Two rows with the same time hold the lowest and the highest value there.
   let next = Math.min(Math.max(at + by, 0), view.times.length - 1);
   while (next > 0 && next < view.times.length - 1 && view.times[next] === view.times[at]) next += Math.sign(by);
   moveTo(view.times[next]);
@@ -450,7 +450,7 @@ function moveTo(time) {
   text(spoken, spokenValues());
 }
 
-/** The row at the cursor; the last one without it. @returns {number | undefined} */
+/** The row at the cursor, or the last row if there is no cursor. @returns {number | undefined} */
 function index() {
   const { times } = view;
   const cursor = cursorTime();
@@ -473,13 +473,13 @@ function placeCursor() {
   isPlacing = false;
 }
 
-/** Redraws in the next frame, with the engine's data at that time. */
+/** Redraws in the next frame, with the data the engine has then. */
 function refresh() {
   attribute(following, "aria-pressed", String(!isZoomed()));
   if (isInSight()) soon();
 }
 
-/** Whether no timing diagram stands in the place of the curves. */
+/** Whether the curves are visible rather than hidden by the timing diagram. */
 function isInSight() {
   return !byId("curves").classList.contains("shows-timing");
 }
@@ -489,7 +489,7 @@ const soon = onceAFrame(async () => {
   show();
 });
 
-/** Fetches the visible part from the engine. */
+/** Fetches the visible part of the curves from the engine. */
 async function fetchCurves() {
   const loop = store.loop;
   if (!loop || !store.isLive() || curves.length === 0 || (store.state?.calls ?? 0) === 0) {
@@ -498,7 +498,7 @@ async function fetchCurves() {
   }
   const [from, to] = range();
   const names = curves.map((curve) => curve.name);
-  // A group of calls, which is two rows, for each pixel.
+  // One group of calls, which is two rows, per pixel.
   const points = 2 * Math.round(width());
   const got = await ask({ do: "view", variables: names, from, to, points, means: periods() });
   if (store.loop !== loop || names.length !== curves.length) return;
@@ -506,13 +506,13 @@ async function fetchCurves() {
   await fetchEarlier(loop, from, to, points);
 }
 
-/** The periods of the curves that are means of pulses. */
+/** The averaging periods of the curves that show means of pulses. */
 function periods() {
   return Object.fromEntries(curves.flatMap(({ name, period }) => (period === undefined ? [] : [[name, period]])));
 }
 
 /**
- * Earlier runs do not change: they are fetched only when another part of them becomes visible.
+ * Earlier runs do not change, so they are fetched only when another part of them becomes visible.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {number} from
@@ -535,13 +535,13 @@ async function fetchEarlier(loop, from, to, points) {
       const got = await ask({ do: "view", run, variables, ...part, points: isPart ? points : 2 * points, means });
       earlier.set(run, { key, view: got });
     } catch {
-      // The engine keeps the last few runs only.
+      // The engine keeps only the last few runs.
       earlier.delete(run);
     }
   }
 }
 
-/** The values of a curve as drawn. @param {Curve} curve */
+/** A curve's values as drawn. @param {Curve} curve */
 function drawnValues(curve) {
   return ofCalls(view.times, view.values[curves.indexOf(curve)] ?? []);
 }
@@ -563,7 +563,7 @@ function show() {
   showEarlier();
 }
 
-/** The names of the drawn earlier runs, in their colours, and the trial with its figures. */
+/** Shows the names of the earlier runs drawn, in their colours, and the trial with its figures. */
 function showEarlier() {
   const drawn = drawnRuns();
   const tried = ghostText();
@@ -578,7 +578,7 @@ function showEarlier() {
   );
 }
 
-/** The earlier runs that are drawn. */
+/** The earlier runs whose curves are drawn. */
 function drawnRuns() {
   return runsOf(store.loop).filter(({ run }) => earlier.has(run));
 }
@@ -601,18 +601,18 @@ function behind(colours, isRunOnly) {
 }
 
 /**
- * The value of a curve at the cursor, or now: of a group of calls the lowest and the highest.
+ * The value of a curve at the cursor, or the current one; the lowest and the highest for a group of calls.
  *
  * @param {Curve} curve
  * @param {number | undefined} at
- * @param {number} [digits] all without it
+ * @param {number} [digits] by default, all
  */
 function valueText(curve, at, digits) {
   /** @param {import("./messages").Value | null | undefined} value */
   const written = (value) => {
     if (value === null || value === undefined) return "NaN";
     const of = curve.isSwitch ? number(value) === 1 : value;
-    // In a block a WORD is an analog value; in a program it is bits.
+    // In a block, a WORD is an analog value; in a program, it is a bit pattern.
     const bits = programOf(store.loop) && hexadecimal(of, curve.kind);
     if (bits) return bits;
     return digits ? rounded(of, curve.kind, digits) : shown(of, curve.kind);
@@ -644,7 +644,7 @@ function showValues() {
   attribute(place, "aria-valuetext", loop && time !== undefined ? spokenValues() : "no run yet");
 }
 
-/** Without a run: the next step for the user. */
+/** Shows the user's next step while there is no run. */
 function showNothing() {
   const loop = store.loop;
   const isEmpty = loop !== undefined && (!store.isLive() || (store.state?.calls ?? 0) === 0);
@@ -659,7 +659,7 @@ function showNothing() {
   fill(nothing, element("p", words), hasPlant ? test : plants(loop));
 }
 
-/** The test that tunes the loop, in one click. @param {import("tool/store.js").Work} loop */
+/** A button that runs the step test for tuning in one click. @param {import("tool/store.js").Work} loop */
 function stepTest(loop) {
   if (loop.description.roles.controller.length === 0 || !manualSwitch(loop)) return null;
   const make = () => {
@@ -669,7 +669,11 @@ function stepTest(loop) {
   return element("button.primary", { onclick: make }, "Make a step test");
 }
 
-/** The plants that this controller drives in an example; the generic one drives with any. @param {import("tool/store.js").Work} loop */
+/**
+ * Buttons for the plants that this controller drives in an example, or for all plants if it is in no example.
+ *
+ * @param {import("tool/store.js").Work} loop
+ */
 function plants(loop) {
   const known = store.catalogue.loops.filter(({ setup }) => setup.members[0]?.fmu === loop.description.name);
   const driven = new Set(known.flatMap(({ setup }) => setup.members.slice(1).map(({ fmu }) => fmu)));
@@ -681,7 +685,7 @@ function plants(loop) {
     .map(({ name, summary }) => element("button", { title: summary, onclick: () => takePlant(name) }, name));
 }
 
-/** AUTO or MANUAL, as the run is now. */
+/** AUTO or MANUAL: the current mode of the run. */
 function mode() {
   const loop = store.loop;
   const { manual } = loop ? roles(loop) : { manual: undefined };

@@ -1,7 +1,7 @@
 /**
- * The block diagram, alive: values on the wires, switches in their position, limits lit.
+ * The live block diagram: values on the wires, switches in their current position, active limits lit.
  *
- * A switch is thrown by a click or by Enter; a click on a value goes to its field.
+ * A click or Enter throws a switch; a click on a value goes to its field.
  */
 
 import { assetOf, drawing } from "tool/assets.js";
@@ -12,10 +12,10 @@ import { goTo } from "tool/parameters.js";
 import { runValue, store, wiredTo } from "tool/store.js";
 import { isBoolean, rounded, shown } from "tool/values.js";
 
-/** How many characters a value beside a terminal has room for, and how wide one is. */
+/** The room for a value beside a terminal, in characters, and the width of a character. */
 const ROOM = 10;
 const CHARACTER = 6.7;
-/** Under which key the size is kept over a reload. */
+/** The storage key that keeps the size across a reload. */
 const SIZE = "plcfmu-diagram";
 
 /**
@@ -25,8 +25,8 @@ const SIZE = "plcfmu-diagram";
  * @property {string} name
  * @property {string} kind
  * @property {Element | undefined} value
- * @property {number} room how many characters of the value there is room for
- * @property {Element[]} lit what is lit while a Boolean is TRUE
+ * @property {number} room the room for the value, in characters
+ * @property {Element[]} lit the elements lit while a Boolean is TRUE
  * @property {{ group: Element, blades: [boolean, Element][] }[]} switches
  */
 
@@ -34,7 +34,7 @@ const SIZE = "plcfmu-diagram";
 let parts = [];
 /** @type {string} */
 let shownOf = "";
-/** Where in the program the block is that is shown, with a point behind it; empty of a loop's own block. */
+/** The path of the displayed block in the program, with a trailing point; empty for the loop's own block. */
 let within = "";
 
 /** @param {HTMLElement} content */
@@ -55,7 +55,7 @@ export function mount(content) {
     try {
       sessionStorage.setItem(SIZE, size);
     } catch {
-      // No storage: the size lasts as long as the page.
+      // No storage: the size is lost on a reload.
     }
     text(note, "Click a switch to throw it, a value to go to its field.");
   };
@@ -91,7 +91,7 @@ export function mount(content) {
   for (const what of ["state", "settings", "plant", "run", "checked"]) store.on(what, due);
 }
 
-/** The size before a reload. */
+/** The size kept from before a reload. */
 function kept() {
   try {
     return sessionStorage.getItem(SIZE);
@@ -103,7 +103,7 @@ function kept() {
 const due = onceAFrame(update);
 
 /**
- * Finds the parts of a drawing and makes them answer.
+ * Finds the parts of a drawing and makes them interactive.
  *
  * @param {SVGSVGElement} made
  * @param {import("./messages").Description} description
@@ -141,7 +141,7 @@ function prepare(made, description) {
 }
 
 /**
- * How many characters fit between the name of a setting in a box and the end of its line.
+ * The number of characters that fit between a setting's name in a box and the end of its line.
  *
  * @param {Element} value
  */
@@ -178,7 +178,7 @@ function prepareSwitch(of, group) {
   of.switches.push({ group, blades });
   const setting = within ? undefined : store.loop?.settings[of.name];
   if (!setting) return;
-  // The lines of a switch are thin; the area around them answers, too.
+  // The lines of a switch are thin, so the area around them is clickable, too.
   const box = { x: Infinity, y: Infinity, right: -Infinity, bottom: -Infinity };
   for (const [, blade] of blades) {
     for (const [, x, y] of (blade.getAttribute("d") ?? "").matchAll(/[ML]\s*(-?[\d.]+)[ ,]+(-?[\d.]+)/g)) {
@@ -248,7 +248,7 @@ function startOf(loop, name) {
 }
 
 /**
- * Whether a TRUE is lit: an output tells that something acts, a limit for instance; a switch is seen by its position.
+ * Whether TRUE is lit: an output signals that something is active, such as a limit; a switch shows its state by its position.
  *
  * @param {import("./store.js").Work} loop
  * @param {string} name

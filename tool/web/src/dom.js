@@ -1,15 +1,15 @@
 /**
- * Elements of the page. Text goes in as text and never as markup: names and titles come from files of other people.
+ * Page elements. Text is always inserted as text, never as markup: names and titles come from other people's files.
  *
  * @typedef {Node | string | number | null | undefined | false} Child
  * @typedef {Record<string, string | number | boolean | null | undefined | Function>} Attributes
  */
 
 /**
- * A new element, with its attributes if it has any, then its children: `element("p.faint", "No run yet")`.
+ * Creates an element with optional attributes, followed by its children: `element("p.faint", "No run yet")`.
  *
- * Points of the tag begin classes. An attribute that begins with `on` is a listener; `true` is an empty attribute, and `false`,
- * `null` and `undefined` none. A button submits no form unless its `type` says so.
+ * A point in the tag starts a class. A function is a listener for the attribute's name without `on`; `true` is an empty attribute,
+ * and `false`, `null` and `undefined` are no attribute. A button submits no form unless its `type` says so.
  *
  * @template {keyof HTMLElementTagNameMap} Tag
  * @param {Tag | `${Tag}.${string}`} tag
@@ -25,7 +25,7 @@ export function element(tag, first, ...children) {
 }
 
 /**
- * The head of a table: a row with a title for each column.
+ * A table head: one row with a title for each column.
  *
  * @param {Child[]} titles
  * @param {(column: number) => boolean} [isNumber] whether a column holds numbers
@@ -35,19 +35,19 @@ export function tableHead(titles, isNumber = () => false) {
   return element("thead", element("tr", cells));
 }
 
-/** A field that a number is typed into. @param {Attributes} attributes */
+/** An input field for a number. @param {Attributes} attributes */
 export function numberInput(attributes) {
   return element("input.number", { inputmode: "decimal", autocomplete: "off", ...attributes });
 }
 
 /**
- * A choice from a list.
+ * A drop-down list.
  *
  * @template {string} T
  * @param {Attributes} attributes
- * @param {string[][]} options each a value and, if it has another one, its name
- * @param {T} [now] the value that is chosen; the first one without it
- * @param {(next: T) => unknown} [take] what a change does
+ * @param {string[][]} options each a value and, if it differs, its name
+ * @param {T} [now] the selected value; by default, the first
+ * @param {(next: T) => unknown} [take] called on a change
  */
 export function choice(attributes, options, now, take) {
   const all = options.map(([value, name = value]) => element("option", { value, selected: value === now }, name));
@@ -57,7 +57,7 @@ export function choice(attributes, options, now, take) {
 }
 
 /**
- * A new element of SVG; all else as in {@link element}.
+ * Creates an SVG element; otherwise like {@link element}.
  *
  * @param {string} tag
  * @param {Attributes | Child | Child[]} [first]
@@ -89,7 +89,7 @@ function complete(made, classes, first, children) {
 }
 
 /**
- * Sets an attribute, or removes it with `false`, `null` and `undefined`.
+ * Sets an attribute, or removes it if the value is `false`, `null` or `undefined`.
  *
  * @param {Element} of
  * @param {string} name
@@ -103,7 +103,7 @@ export function attribute(of, name, value) {
 }
 
 /**
- * Replaces all that is in an element.
+ * Replaces the content of an element.
  *
  * @param {Element} within
  * @param {...(Child | Child[])} children
@@ -114,7 +114,7 @@ export function fill(within, ...children) {
 }
 
 /**
- * Sets a text if it is another: a text that is set anew loses its selection.
+ * Sets the text of an element if it differs: setting it again would clear the user's selection.
  *
  * @param {Element} within
  * @param {string} text
@@ -124,10 +124,10 @@ export function text(within, text) {
 }
 
 /**
- * Does what a key stands for, unless it is pressed with another one.
+ * Runs the action of a key, unless Ctrl, Alt or Meta is held.
  *
  * @param {KeyboardEvent} event
- * @param {Record<string, () => void>} actions by the key
+ * @param {Record<string, () => void>} actions by key
  */
 export function press(event, actions) {
   const action = actions[event.key];
