@@ -1,15 +1,15 @@
 /**
- * The engine: in the page as WebAssembly, or behind `plcfmu tool`. Both answer the same requests.
+ * The engine: WebAssembly in the page, or the server `plcfmu tool`. Both answer the same requests.
  *
  * @typedef {import("./messages").Dialogue} Dialogue
  */
 
-/** A request that the engine refused. The message is a sentence that states the problem and the remedy. */
+/** The engine rejected a request. The message states the problem and the remedy. */
 export class EngineError extends Error {
   name = "EngineError";
 }
 
-/** The server does not answer. All that is shown stays. */
+/** The server does not respond. Everything shown stays. */
 export class ServerLost extends EngineError {
   name = "ServerLost";
 }
@@ -25,17 +25,17 @@ let inPage;
 /** Each tab has its own engine. */
 const tab = [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 
-/** The pause before a lost connection is made again, in milliseconds. The server waits ten times as long for it. */
+/** The pause before reconnecting, in milliseconds. The server waits ten times as long for a new connection. */
 const AGAIN = 1000;
 
-/** One request after the other: the server's engine must get them in the order in which they were made. */
+/** The last request: each one waits for the one before, so that the server's engine receives them in order. */
 /** @type {Promise<unknown>} */
 let last = home === "server" ? stayConnected() : Promise.resolve();
 
 /**
- * Keeps a connection to the server. With it ends the engine of this tab, so the engine is asked only after it has begun.
+ * Keeps a connection to the server. This tab's engine ends with the connection, so no request is sent before it is open.
  *
- * @returns {Promise<unknown>} when it is open or has failed
+ * @returns {Promise<unknown>} settles when the connection is open or has failed
  */
 function stayConnected() {
   return new Promise((done) => {
@@ -48,7 +48,7 @@ function stayConnected() {
   });
 }
 
-/** Where the engine is. */
+/** Where the engine runs. */
 export function whereIsTheEngine() {
   return home;
 }
@@ -58,7 +58,7 @@ export function hasEngineInPage() {
   return document.getElementById("engine")?.textContent !== "";
 }
 
-/** From now on the engine in the page answers; it knows nothing that the server's engine knew. */
+/** Switches to the engine in the page, which has none of the state of the server's engine. */
 export function goOnInThePage() {
   home = "page";
 }
@@ -68,7 +68,7 @@ let engineOfServer = null;
 let onNewEngine = () => {};
 
 /**
- * What to do when there is a new engine, which knows nothing of what ran.
+ * Sets the listener called when a new engine replaces the old one: the run of the old engine is gone.
  *
  * @param {() => void} listener
  */
@@ -77,12 +77,12 @@ export function listenToNewEngine(listener) {
 }
 
 /**
- * Asks the engine. Requests are answered in the order in which they are asked.
+ * Sends a request to the engine. Requests are answered in order.
  *
  * @template {keyof Dialogue} Do
  * @param {Dialogue[Do]["request"] & { do: Do }} request
  * @returns {Promise<Dialogue[Do]["answer"]>}
- * @throws {EngineError} what is wrong, in a sentence
+ * @throws {EngineError} if the engine rejects the request
  */
 export function ask(request) {
   const answer = last.then(() => askNow(JSON.stringify(request)));
@@ -90,19 +90,20 @@ export function ask(request) {
   return answer;
 }
 
-/** A question stopped before it was answered. */
+/** A request was cancelled before it was answered. */
 export class Stopped extends EngineError {
   name = "Stopped";
 }
 
 /**
- * Asks an engine of its own in a worker, so that the page goes on meanwhile and the question can be taken back. That engine has none of
- * the blocks of the page's programs: what it refuses, the page's own is asked. The server's works beside the page anyway.
+ * Sends a request to a separate engine in a worker, so that the page stays responsive and the request can be cancelled. The
+ * separate engine lacks the blocks of the page's programs, so a request that it rejects goes to the page's engine. The server's
+ * engine never blocks the page.
  *
- * @param {Dialogue["replay"]["request"] & { do: "replay" }} request that needs nothing of what runs
+ * @param {Dialogue["replay"]["request"] & { do: "replay" }} request independent of the current run
  * @param {AbortSignal} signal
  * @returns {Promise<Dialogue["replay"]["answer"]>}
- * @throws {Stopped} if it was taken back
+ * @throws {Stopped} if it was cancelled
  */
 export async function askAside(request, signal) {
   const stopped = new Promise((_, reject) => {
@@ -152,17 +153,17 @@ onmessage = async ({ data }) => {
 }
 
 /**
- * The server's description of an FMU that it has read but not run.
+ * The server's description of an FMU that it has read but not executed.
  *
  * @typedef {object} Uploaded
  * @property {string} name
- * @property {string} question what to ask the user before it runs
+ * @property {string} question question to the user before it runs
  * @property {string | null} problem why it cannot run here
- * @property {{ file: string, content: string } | null} parameters its start values, if its block is one of the catalogue
+ * @property {{ file: string, content: string } | null} parameters its start values, if its block is in the catalogue
  */
 
 /**
- * Uploads an FMU to the server, which reads it and runs none of its code.
+ * Uploads an FMU to the server, which reads it without running any of its code.
  *
  * @param {File} file
  * @returns {Promise<Uploaded>}
@@ -172,7 +173,7 @@ export async function upload(file) {
 }
 
 /**
- * Lets the server run an FMU that was uploaded.
+ * Allows the server to run an uploaded FMU.
  *
  * @param {string} fmu
  * @returns {Promise<import("./messages").Entry>}
@@ -183,7 +184,7 @@ export async function accept(fmu) {
 }
 
 /**
- * How many bytes of memory the engine in the page has, 0 of another.
+ * The memory of the engine in the page, in bytes; 0 if the engine runs elsewhere.
  *
  * @returns {number}
  */
@@ -215,7 +216,7 @@ export function fromBase64(text) {
  */
 export function toBase64(bytes) {
   const parts = [];
-  // A call takes some ten thousand arguments at most.
+  // A call accepts only some ten thousand arguments.
   for (let at = 0; at < bytes.length; at += 0x6000) parts.push(String.fromCharCode(...bytes.subarray(at, at + 0x6000)));
   return btoa(parts.join(""));
 }
@@ -236,9 +237,9 @@ function content(answer) {
 }
 
 /**
- * The files that the command was given, if they differ from a version.
+ * The files passed to the command, if they differ from a known version.
  *
- * @param {string} hash of the version
+ * @param {string} hash of the known version
  * @returns {Promise<{ hash: string, files: { file: string, content: string }[] } | undefined>}
  */
 export async function given(hash) {
@@ -273,9 +274,9 @@ async function post(where, type, body) {
  *
  * @typedef {object} Exported
  * @property {WebAssembly.Memory} memory
- * @property {(length: number) => number} room where a request of this many bytes is to be written
- * @property {() => number} message how long the answer is
- * @property {() => number} answer where it is
+ * @property {(length: number) => number} room address for a request of this many bytes
+ * @property {() => number} message processes the request and returns the length of the answer
+ * @property {() => number} answer address of the answer
  */
 
 /** @type {Exported | undefined} */
@@ -302,7 +303,7 @@ async function open() {
 }
 
 /**
- * Asks an engine. A worker gets the text of this function: it uses nothing around it.
+ * Sends a request to an engine. A worker runs a copy of this function's source, so it must not use anything outside itself.
  *
  * @param {Exported} engine
  * @param {string} request
@@ -310,7 +311,7 @@ async function open() {
 function message(engine, request) {
   const bytes = new TextEncoder().encode(request);
   const at = engine.room(bytes.length) >>> 0;
-  // The memory may be another one after any call.
+  // Any call may grow the memory, which replaces its buffer.
   new Uint8Array(engine.memory.buffer, at, bytes.length).set(bytes);
   const length = engine.message();
   const answer = engine.answer() >>> 0;

@@ -1,4 +1,4 @@
-/** The figures of the run since the setpoint was changed, with units. A figure that is absent says why. */
+/** The figures of the run since the last setpoint change, with units. Remarks explain missing figures. */
 
 import { byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
@@ -6,7 +6,7 @@ import { roles, units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** While calls are made, the figures are asked for so often, in milliseconds. */
+/** The minimum interval between requests for the figures during a run, in milliseconds. */
 const INTERVAL = 300;
 
 /** @typedef {import("./messages").Figures} Figures */
@@ -17,7 +17,7 @@ let body;
 let heading;
 /** @type {HTMLElement} */
 let remarks;
-/** The place of each figure's value, by its key. @type {Map<string, HTMLElement>} */
+/** The element of each figure's value, by the figure's key. @type {Map<string, HTMLElement>} */
 const places = new Map();
 let isWaiting = false;
 let isAgain = false;
@@ -38,16 +38,16 @@ export function mount(content) {
  * The figures of a run.
  *
  * @param {import("tool/store.js").Work} loop
- * @param {number} [run] the present one without it
+ * @param {number} [run] by default, the current run
  */
 export async function figuresOf(loop, run) {
   const { processValue, manipulatedValue } = await units(loop);
   return ask({ do: "figures", run, unit: processValue, travel_unit: manipulatedValue });
 }
 
-/** Asks for the figures, not more often than anyone can read them. */
+/** Requests the figures, no more often than they can be read. */
 async function update() {
-  // Those of the run before are not those of this one.
+  // Clear the figures of the previous run.
   if (store.state?.run !== shownRun) glance(undefined);
   shownRun = store.state?.run;
   if (isWaiting) {
@@ -72,7 +72,7 @@ async function update() {
       show(undefined, error instanceof Error ? error.message : String(error));
     }
   }
-  // A request that takes long, of a long run, is made less often.
+  // In a long run, requests take longer, so make them less often.
   const took = performance.now() - begun;
   setTimeout(
     () => {
@@ -90,7 +90,7 @@ async function update() {
 function show(figures, why) {
   text(heading, figures ? headingOf(figures) : (why ?? "No run yet."));
   const all = figures?.figures ?? [];
-  // An element that is made anew under the pointer loses its title.
+  // Keep existing elements: one recreated under the pointer loses its tooltip.
   if (all.length !== places.size || all.some(({ key }) => !places.has(key))) {
     places.clear();
     for (const { key } of all) places.set(key, element("dd"));
@@ -117,7 +117,7 @@ function show(figures, why) {
 }
 
 /**
- * The events to which the figures belong: the last step, and the last disturbance.
+ * The events that the figures describe: the last step and the last disturbance.
  *
  * @param {Figures} figures
  */
@@ -131,7 +131,7 @@ function headingOf({ from, to, step, disturbance }) {
 }
 
 /**
- * A step in short: `20 to 60, 0 s to 599 s`.
+ * A step in short form: `20 to 60, 0 s to 599 s`.
  *
  * @param {import("./messages").Happened} step
  */
@@ -140,11 +140,12 @@ export function stepText({ from, to, start, duration }) {
   return `${begin} to ${goal}, ${rounded(start, "REAL")} s to ${rounded(start + duration, "REAL")} s`;
 }
 
-/** The band in which a step counts as settled, as a fraction of it: the resolution of the figures. */
+/** The settling band as a fraction of the step, which is also the resolution of the figures. */
 export const SETTLED = 0.02;
 
 /**
- * Whether figures of two steps can be compared: both go from the same value to the same, as far as figures tell, over the same time.
+ * Whether the figures of two steps are comparable: within the resolution of the figures, both have the same start, the same end
+ * and the same duration.
  *
  * @param {import("./messages").Happened | null | undefined} one
  * @param {import("./messages").Happened | null | undefined} other
@@ -166,7 +167,7 @@ const GLANCE = [
   ["rise", "rise"],
   ["iae", "IAE"],
 ];
-/** Those after a disturbance. @type {[string, string][]} */
+/** The figures of the run bar after a disturbance. @type {[string, string][]} */
 const AFTER_DISTURBANCE = [
   ["disturbed_peak", "deviation"],
   ["recovery", "recovers"],
@@ -179,7 +180,7 @@ export function valueText(value, unit) {
 }
 
 /**
- * The figures that one looks at first, as far as there are values: those of the last step, or of a disturbance after it.
+ * The most important figures that have values: of the last step, or of a disturbance after it.
  *
  * @param {Figures | null | undefined} figures
  */
@@ -192,18 +193,18 @@ function glanced(figures) {
   });
 }
 
-/** They in a line. @param {Figures | null | undefined} figures */
+/** The most important figures on one line. @param {Figures | null | undefined} figures */
 export function glanceText(figures) {
   return glanced(figures)
     .map(({ name, value, unit }) => `${name} ${valueText(value, unit)}`)
     .join(", ");
 }
 
-/** They in the run bar. @param {Figures | undefined} figures */
+/** Shows the most important figures in the run bar. @param {Figures | undefined} figures */
 function glance(figures) {
   const manual = store.loop && store.isLive() && roles(store.loop).manual;
   const isManual = manual && store.state?.values[manual] === true;
-  // In manual mode nothing brings the deviation to zero: its integral judges no controller.
+  // In manual mode nothing drives the error to zero, so its integral is no measure of the controller.
   const found = glanced(figures).filter(({ key }) => !(isManual && key === "iae"));
   fill(
     byId("glance"),
@@ -219,12 +220,12 @@ function glance(figures) {
 }
 
 /**
- * `degC^2 s` as `°C²·s`.
+ * Formats `degC^2 s` as `°C²·s`.
  *
  * @param {string | null} unit
  */
 export function shownUnit(unit) {
-  // A number without a unit has no square of it either.
+  // The square of a number without a unit has no unit either.
   const parts = (unit ?? "")
     .split(" ")
     .map(unitText)

@@ -1,5 +1,5 @@
 /**
- * Files that a user opens: parameter files, FMUs, recorded curves, descriptions of loops, the sources of a program.
+ * Files that a user opens: parameter files, FMUs, recordings, loop descriptions, program sources.
  *
  * @typedef {import("./messages").Loop} Loop
  * @typedef {import("./messages").Loops} Loops
@@ -18,15 +18,15 @@ import { isBoolean } from "tool/values.js";
 import { unzipped } from "tool/zip.js";
 
 const MEGABYTE = 1_000_000;
-/** The largest files that the page reads: a parameter file of 10 000 loops has 8 MB. */
+/** The largest files that the page reads, in bytes: a parameter file of 10 000 loops is 8 MB. */
 const LIMITS = { parameters: 24 * MEGABYTE, fmu: 256 * MEGABYTE, description: MEGABYTE };
-/** As many loops as a table can show without making the page slow. */
+/** The maximum number of loops that the table can show without slowing down the page. */
 const MOST_LOOPS = 20_000;
-/** The beginning of a loop, or text that occurs once in it: a data block, an object of JSON, a block of an Openness file. */
+/** Text that occurs once per loop: the start of a data block, of a JSON object or of a block in an Openness file. */
 const BEGINNING = /(?<!END_)DATA_BLOCK|"\s*:\s*\{|<SW\.Blocks\./gi;
 
 /**
- * Opens files. Problems are shown with each file; files refused before, and their problems, disappear.
+ * Opens files. Problems are listed with each file; files rejected earlier disappear with their problems.
  *
  * @param {Iterable<File>} files
  */
@@ -42,7 +42,7 @@ export async function openFiles(files) {
     else texts.push(file);
   }
   const [sources, others] = await sourcesAmong(texts);
-  /** Sources that a description among the files has taken. @type {Set<string>} */
+  /** Sources used by one of the descriptions. @type {Set<string>} */
   const taken = new Set();
   for (const file of others.filter(isDescription)) {
     await attempt(file, async () => {
@@ -60,10 +60,10 @@ function isDescription(file) {
 }
 
 /**
- * Opens the description of a loop.
+ * Opens a loop description.
  *
  * @param {File} file
- * @param {File[]} sources those that were opened with it
+ * @param {File[]} sources program sources opened with it
  * @returns {Promise<string[]>} the sources of its programs
  */
 async function openDescription(file, sources) {
@@ -81,7 +81,7 @@ async function openDescription(file, sources) {
 }
 
 /**
- * Opens a file; why that is impossible is shown with it.
+ * Opens a file; on failure, the reason is shown with the file.
  *
  * @param {File} file
  * @param {() => Promise<unknown>} act
@@ -95,13 +95,13 @@ async function attempt(file, act) {
   }
 }
 
-/** Files that are no text: an FMU, the dump of a data block, a workbook. */
+/** Binary files: an FMU, the dump of a data block, a workbook. */
 const BINARY = /\.(fmu|bin|dump|xlsx)$/i;
-/** The size of the part of a file that reveals it, in bytes. */
+/** The size of the part that is checked for binary content, in bytes. */
 const BEGIN = 4096;
 
 /**
- * Why a file cannot be read as a text. No text has a NUL but one in UTF-16, which begins with a byte order mark.
+ * Why a file cannot be read as text, if it cannot. Only UTF-16 text contains NUL bytes, and it begins with a byte order mark.
  *
  * @param {File} file
  * @returns {Promise<string | undefined>}
@@ -112,7 +112,7 @@ async function whyNoText(file) {
   const isMarked = (bytes[0] === 0xff && bytes[1] === 0xfe) || (bytes[0] === 0xfe && bytes[1] === 0xff);
   if (isMarked || !bytes.includes(0)) return undefined;
   const nuls = [0, 1].map((odd) => bytes.filter((byte, at) => at % 2 === odd && byte === 0).length);
-  // In UTF-16 one byte of almost each character is 0, and hardly ever the other.
+  // In UTF-16, one byte of almost every character is 0, and the other hardly ever.
   const isWide = Math.max(...nuls) > bytes.length / 4 && Math.min(...nuls) < bytes.length / 100;
   return isWide
     ? "It is a text in UTF-16 without a byte order mark: save it in UTF-8."
@@ -124,7 +124,7 @@ export async function openSaved(given) {
   await openFiles(given.map(({ file, content }) => fileAt(file, fromBase64(content))));
 }
 
-/** Opens the files that were given to the command, if there are any. */
+/** Opens the files passed to the command, if any. */
 export async function openGiven() {
   if (!document.getElementById("files")?.textContent?.trim()) return;
   /** @type {{ file: string, content: string }[]} */
@@ -135,7 +135,7 @@ export async function openGiven() {
 }
 
 /**
- * Reads a refused file again as the parameters of a block that the user has chosen.
+ * Rereads a rejected file as the parameters of a block chosen by the user.
  *
  * @param {import("./store.js").OpenFile} file
  * @param {string} block
@@ -147,10 +147,10 @@ export async function readAgain(file, block) {
   await openParameters(source, block);
 }
 
-/** The files themselves. @type {WeakMap<import("./store.js").OpenFile, File>} */
+/** The file objects behind the open files. @type {WeakMap<import("./store.js").OpenFile, File>} */
 const sources = new WeakMap();
 
-/** The file that a loop comes from, as it was opened; none after a reload. @param {import("./store.js").Work} loop */
+/** The file from which a loop was opened; `undefined` after a reload. @param {import("./store.js").Work} loop */
 export function sourceOf(loop) {
   const opened = store.files.find(({ name }) => name === loop.file);
   return opened && sources.get(opened);
@@ -198,7 +198,7 @@ async function openParameters(file, block = null) {
 }
 
 /**
- * Shows the loops of a file; the only one is taken under work at once.
+ * Lists the loops of a file; a single loop is opened for editing immediately.
  *
  * @param {File} file
  * @param {Loops} read
@@ -217,10 +217,10 @@ async function show(file, read) {
 }
 
 /**
- * Takes a loop of a file under work, or shows it if it is.
+ * Opens a loop of a file for editing, or shows it if it is already open.
  *
  * @param {import("./store.js").OpenFile} file
- * @param {number} at which loop of the file
+ * @param {number} at index of the loop in the file
  */
 export async function take(file, at) {
   const under = underWork(file, at);
@@ -233,12 +233,12 @@ export async function take(file, at) {
   const loop = await store.add(of.name, fmu.name, of, file.name);
   loop.notes.at = at;
   loop.notes.title = of.title ?? undefined;
-  // The table now knows that it is the file's.
+  // Update the table, which can now match the loop with its file.
   store.emit("loops");
 }
 
 /**
- * The loop of a file that is under work.
+ * The loop being edited that was opened from a file's entry, if any.
  *
  * @param {import("./store.js").OpenFile} file
  * @param {number} at
@@ -249,7 +249,7 @@ export function underWork(file, at) {
 }
 
 /**
- * The description of a block of the catalogue.
+ * The description of a block in the catalogue.
  *
  * @param {string} block
  */
@@ -281,7 +281,8 @@ function refuse(name, message) {
 }
 
 /**
- * An FMU: its start values are the parameters of a loop, if its block is one of the catalogue. The server's engine can run it.
+ * Opens an FMU: in the page, its start values become the parameters of a loop if its block is in the catalogue; the server can
+ * also run the FMU itself.
  *
  * @param {File} file
  */
@@ -300,7 +301,7 @@ async function openFmu(file) {
 }
 
 /**
- * An FMU under the server: parameters of a block that is known, or native code that the user is asked about.
+ * Opens an FMU on the server: as the parameters of a known block, or as native code that runs only with the user's consent.
  *
  * @param {File} file
  */
@@ -322,7 +323,7 @@ async function openUploaded(file) {
 }
 
 /**
- * The start values of an FMU as a loop.
+ * A loop with the start values of an FMU.
  *
  * @param {string} file
  * @param {Document} model

@@ -1,7 +1,7 @@
 /**
- * The first page: a loop that runs, and the examples as cards with a small curve of each.
+ * The first page: a live loop, and the examples as cards, each with a small curve.
  *
- * The engine has one present run, so nothing runs here any more as soon as a loop is under work.
+ * The engine has a single current run, so the live loop stops as soon as a loop is opened.
  *
  * @typedef {import("./messages").KnownLoop} KnownLoop
  */
@@ -15,7 +15,7 @@ import { EVERY, FIRST, MANIPULATED_VALUE, PROCESS_VALUE, SETPOINT } from "tool/r
 import { store } from "tool/store.js";
 import { number, rounded } from "tool/values.js";
 
-/** The examples by task, the best first, by the names of their descriptions. @type {[string, string[]][]} */
+/** The names of the examples by task, best first. @type {[string, string[]][]} */
 const TASKS = [
   ["Temperature", ["furnace", "zone", "furnace_pulses", "chamber", "chamber_mean"]],
   ["Level", ["level", "level_pulses"]],
@@ -23,7 +23,7 @@ const TASKS = [
   ["Drive", ["speed"]],
   ["Any process", ["process", "process_integrating", "process_pulses", "sensor"]],
 ];
-/** The examples that are seen at once, with the question that each answers. @type {[string, string][]} */
+/** The examples visible from the start, with the question that each answers. @type {[string, string][]} */
 const QUESTIONS = [
   ["furnace", "How do I tune a temperature?"],
   ["level", "Does my level hold when the load doubles?"],
@@ -32,16 +32,16 @@ const QUESTIONS = [
   ["speed", "Is my ramp slow enough for the drive?"],
 ];
 const LIVING = "furnace";
-/** What the loop that runs does: its setpoint, and from when on, again and again. @type {[number, number][]} */
+/** The repeating setpoint profile of the live loop: start time in seconds and setpoint. @type {[number, number][]} */
 const SETPOINTS = [
   [0, 60],
   [240, 90],
   [480, 60],
 ];
 const ROUND = 720;
-/** Ten times as fast as the clock. */
+/** Ten times real time, updated at this interval in milliseconds. */
 const [FACTOR, INTERVAL] = [10, 100];
-/** The visible part in seconds, and the part that has run when the page opens. */
+/** The visible part in seconds, and the number of calls made before it is first shown. */
 const [WINDOW, BEFORE] = [360, 150];
 const [WIDTH, HEIGHT] = [640, 300];
 const MARGIN = 12;
@@ -78,7 +78,7 @@ export function cards(open) {
   );
 }
 
-/** A program of the user's own, with one that runs when it is clicked. */
+/** The card for the user's own program; a click runs an example program. */
 function programCard() {
   const line = (/** @type {string} */ path, /** @type {Record<string, any>} */ ink) =>
     svg("path", { d: path, fill: "none", stroke: "currentColor", ...ink });
@@ -127,7 +127,7 @@ function card(task, known, open, question) {
   );
 }
 
-/** The small curves that are there. @type {Map<string, Node>} */
+/** The small curves drawn so far, by example. @type {Map<string, Node>} */
 const pictures = new Map();
 
 /** Whether the first page is shown and its engine is free. */
@@ -136,9 +136,9 @@ function isFree() {
 }
 
 /**
- * Runs the examples for their small curves, then the loop that lives.
+ * Runs the examples for their small curves, then the live loop.
  *
- * @param {HTMLElement} place where that is shown
+ * @param {HTMLElement} place element that shows the live loop
  */
 export async function live(place) {
   const living = store.catalogue.loops.find(({ name }) => name === LIVING);
@@ -153,7 +153,7 @@ export async function live(place) {
   if (living && isFree()) await run(place, living);
 }
 
-/** The signals of a known loop that are drawn: setpoint, process value, manipulated value. @param {KnownLoop} known */
+/** The drawn signals of an example: setpoint, process value, manipulated value. @param {KnownLoop} known */
 async function signalsOf({ setup: { members } }) {
   const [controller, ...others] = members;
   const { roles } = await store.describe(controller.fmu);
@@ -163,7 +163,7 @@ async function signalsOf({ setup: { members } }) {
   );
   const plant = plants.find(({ of }) => of.process_value);
   const output = plant ? `${plant.name}.${plant.of.process_value}` : undefined;
-  // A mean of pulses is a pulse in each call: it is no curve.
+  // The manipulated value of a pulsed output is a pulse in each call, not a curve.
   const isMean = roles.pulses.length > 0;
   return [
     roles.shown_process_value ? named(roles.setpoint) : undefined,
@@ -173,7 +173,7 @@ async function signalsOf({ setup: { members } }) {
 }
 
 /**
- * Runs an example as far as its description goes, for a small curve of it.
+ * Runs an example up to the end of its description and draws its small curve.
  *
  * @param {KnownLoop} known
  */
@@ -214,14 +214,14 @@ async function small(known) {
  * Curves without axes, setpoint and process value on one scale.
  *
  * @param {import("./messages").Curves} view
- * @param {number[]} which of setpoint, process value, manipulated value each of them is
+ * @param {number[]} which role of each curve: 0 setpoint, 1 process value, 2 manipulated value
  * @param {[number, number]} size
  * @param {number} margin
- * @param {[number, number]} [range] of the time
+ * @param {[number, number]} [range] time range
  */
 function picture(view, which, [width, height], margin, range = [view.times[0] ?? 0, view.times.at(-1) ?? 1]) {
   const { curves } = theme();
-  // The first call of a plant may precede its value.
+  // A plant may have no value yet in its first call.
   const there = (/** @type {number} */ at) => view.values[at].slice(2).filter((value) => value !== null);
   const together = which.flatMap((role, at) => (role < 2 ? there(at) : []));
   const x = (/** @type {number} */ time) => ((time - range[0]) / (range[1] - range[0] || 1)) * width;
@@ -239,7 +239,7 @@ function picture(view, which, [width, height], margin, range = [view.times[0] ??
       svg("path", { d: stroke, "stroke-width": role === 1 ? 2 : 1.3, ...ink }),
     ];
   });
-  // The controlled value is drawn on top.
+  // Draw the process value on top.
   const order = drawn
     .map((_, at) => at)
     .sort((one, other) => (which[one] === 1 ? 1 : 0) - (which[other] === 1 ? 1 : 0));
@@ -251,7 +251,7 @@ function picture(view, which, [width, height], margin, range = [view.times[0] ??
 }
 
 /**
- * Begins the running loop: it has run long enough to show what it is.
+ * Starts the live loop and runs it far enough for a meaningful picture.
  *
  * @param {HTMLElement} place
  * @param {KnownLoop} known
@@ -307,7 +307,7 @@ async function show(place, known) {
 /**
  * @param {HTMLElement} place
  * @param {import("./messages").Curves} view
- * @param {number[]} which of setpoint, process value, manipulated value each of them is
+ * @param {number[]} which role of each curve: 0 setpoint, 1 process value, 2 manipulated value
  * @param {{ time: number, from: number, values: number[] }} now
  */
 function paint(place, view, which, { time, from, values }) {
@@ -342,13 +342,13 @@ function paint(place, view, which, { time, from, values }) {
 }
 
 /**
- * Shows how the loop that lives begins, as it was recorded: the engine is not ready yet.
+ * Shows a recording of the live loop's beginning until the engine is ready.
  *
  * @param {HTMLElement} place
  */
 export function showRecorded(place) {
   const curves = [PROCESS_VALUE.map(() => SETPOINT), PROCESS_VALUE, MANIPULATED_VALUE];
-  // A picture leaves the first two rows out, those of the start.
+  // `picture` skips the first two rows, those of the start.
   const times = [0, 0, ...PROCESS_VALUE.map((_, at) => FIRST + EVERY * at)];
   const view = { times, values: curves.map((values) => [null, null, ...values]), units: [], is_exact: true };
   const values = curves.map((of) => of[of.length - 1]);

@@ -1,4 +1,4 @@
-/** Files of folders and of ZIP archives that are dropped or chosen as a whole. */
+/** Files in folders and ZIP archives that are dropped or selected as a whole. */
 
 import { EngineError } from "tool/engine.js";
 import { unzippedAll } from "tool/zip.js";
@@ -7,20 +7,20 @@ import { unzippedAll } from "tool/zip.js";
 const MOST_FILES = 5000;
 const LARGEST = 32_000_000;
 
-/** The paths of files that were found in a folder or in an archive. @type {WeakMap<File, string>} */
+/** The paths of files found in a folder or an archive. @type {WeakMap<File, string>} */
 const paths = new WeakMap();
 
-/** The path of a file, if it is one of a folder or an archive. @param {File} file */
+/** The path of a file, if it is in a folder or an archive. @param {File} file */
 export function pathOf(file) {
   return paths.get(file) ?? (file.webkitRelativePath || undefined);
 }
 
 /**
- * A file at a path.
+ * Creates a file with a path.
  *
  * @param {string} path
  * @param {Uint8Array<ArrayBuffer>} content
- * @param {boolean} [isOne] whether it is one of a folder or an archive
+ * @param {boolean} [isOne] whether it is in a folder or an archive
  */
 export function fileAt(path, content, isOne = path.includes("/")) {
   const file = new File([content], path.slice(path.lastIndexOf("/") + 1));
@@ -29,7 +29,7 @@ export function fileAt(path, content, isOne = path.includes("/")) {
 }
 
 /**
- * The files that are dropped, those below folders included. Entries must be taken before anything is waited for.
+ * The dropped files, including those in folders. The entries must be read before the first `await`.
  *
  * @param {DataTransfer} transfer
  */
@@ -57,7 +57,7 @@ async function collect(entry, found) {
   }
   const reader = /** @type {FileSystemDirectoryEntry} */ (entry).createReader();
   for (;;) {
-    // A browser returns a hundred at a time.
+    // A browser returns at most a hundred entries at a time.
     const some = await new Promise((done, failed) => reader.readEntries(done, failed));
     if (some.length === 0) return;
     for (const one of some) await collect(one, found);
@@ -65,7 +65,7 @@ async function collect(entry, found) {
 }
 
 /**
- * The files, with those in archives in the place of these.
+ * The files, with each archive replaced by its content.
  *
  * @param {Iterable<File>} files
  */

@@ -1,6 +1,6 @@
 /**
- * Variables that the user writes whatever they are: once, or for every call until they are released. What is forced is marked
- * wherever it is shown.
+ * Variables that the user overwrites: once, or in every call until they are released. A forced variable is marked wherever it is
+ * shown.
  *
  * @typedef {import("./messages").Value} Value
  * @typedef {import("./messages").Values} Values
@@ -10,16 +10,16 @@ import { ask } from "tool/engine.js";
 import { split, store, wiredTo } from "tool/store.js";
 
 /**
- * The periods in which variables were forced in the present run: the calls from one to another, by name.
+ * The periods in which variables were forced in the current run, by name: first call, and call after the last.
  * @type {Map<string, [number, number][]>}
  */
 let spans = new Map();
-/** The run, and the variables forced in it. */
+/** A key of the run and the variables forced in it. */
 let known = "";
 
 for (const what of ["state", "run", "loop"]) store.on(what, follow);
 
-/** The variables forced in the shown loop. @returns {Values} */
+/** The variables forced in the current loop. @returns {Values} */
 export function forced() {
   const loop = store.loop;
   return store.isLive() ? (store.state?.forced ?? {}) : (loop?.notes.forced ?? {});
@@ -31,7 +31,7 @@ export function isForced(name) {
 }
 
 /**
- * The calls in which a variable was forced, each with the call after the last one; of what is forced now that is infinite.
+ * The periods in which a variable was forced: first call, and call after the last, which is infinite if it is still forced.
  *
  * @param {string} name
  */
@@ -40,7 +40,7 @@ export function forcedSpans(name) {
 }
 
 /**
- * Forces variables, by their full names. Without a run one begins, which makes no call.
+ * Forces variables, by their full names. If there is no run, starts one without making a call.
  *
  * @param {Values} values
  */
@@ -54,14 +54,14 @@ export function write(values) {
 }
 
 /**
- * Releases variables. An input returns to the value that was set.
+ * Releases variables. An input returns to the value set for it.
  *
- * @param {string[]} names all that are forced without it
+ * @param {string[]} names by default, all forced variables
  */
 export async function release(names = Object.keys(forced())) {
   const loop = store.loop;
   if (loop && !store.isLive()) {
-    // The next run begins without them.
+    // The next run starts without them.
     const kept = Object.entries(forced()).filter(([name]) => !names.includes(name));
     loop.notes.forced = Object.fromEntries(kept);
     store.emit("forced");
@@ -91,7 +91,7 @@ async function act(how, values) {
   store.emit("settings", []);
 }
 
-/** Keeps the forced variables with the loop, and records the periods. */
+/** Stores the forced variables with the loop and updates the periods. */
 async function follow() {
   const loop = store.loop;
   if (!loop || !store.isLive() || !store.state) return;

@@ -1,6 +1,6 @@
 /**
- * The last step of the setpoint: its figures as the identified plant predicts them with the settings that were in force, beside those of
- * the run. A model that does not hold is seen here.
+ * The last setpoint step: its figures predicted with the identified plant and the settings in force then, next to the figures of the
+ * run. A wrong model shows up here.
  *
  * @typedef {import("./messages").Figures} Figures
  */
@@ -10,12 +10,12 @@ import { ask } from "tool/engine.js";
 import { stepText, valueText } from "tool/figures.js";
 import { store } from "tool/store.js";
 
-/** The figures that came last, while an answer is waited for. @type {Figures | undefined} */
+/** The latest figures that arrived while a request is pending. @type {Figures | undefined} */
 let next;
 let isAsking = false;
 
 /**
- * A place that shows them from now on, as soon as settings were applied and a step was made.
+ * Creates an element that shows the comparison once settings have been applied and a step has been made.
  *
  * @returns {HTMLElement}
  */
@@ -41,7 +41,7 @@ async function show(place, { step, figures }) {
   const { loop, state } = store;
   const tuning = /** @type {import("./messages").Tuning | undefined} */ (loop?.notes.tune?.applied);
   if (!tuning || step?.cause !== "setpoint") return fill(place);
-  // The report states why a step cannot be predicted.
+  // The report states why a step cannot be predicted; the page shows nothing.
   const of = await ask({ do: "forecast", tuning }).catch(() => null);
   if (store.loop !== loop || store.state?.run !== state?.run) return;
   const both = figures.filter(({ key, value }) => of && value !== null && key in of.figures);
@@ -68,7 +68,7 @@ async function show(place, { step, figures }) {
         ),
       ),
     ),
-    // The step is not over while calls are being made.
+    // The verdict has to wait until the run pauses.
     store.isRunning ? null : element("p", of.verdict),
   );
 }

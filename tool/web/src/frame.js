@@ -1,9 +1,9 @@
-/** Drawing at most once in a frame, one after the other. */
+/** Draws at most once per frame, without overlaps. */
 
 import { store } from "tool/store.js";
 
 /**
- * A function that does some work in the next frame; once more after it, if it is called meanwhile.
+ * Returns a function that runs some work in the next frame, and once more if it is called in the meantime.
  *
  * @param {() => unknown} work
  */

@@ -1,6 +1,7 @@
 /**
- * What if: while a setting is edited, the test of the present run with the values in the fields is drawn dashed behind the run, and stays
- * when they are applied until the run goes on or begins again. The engine makes it beside the run, which is not disturbed.
+ * What-if curves: while a setting is being edited, the test of the current run, repeated with the values in the fields, is drawn
+ * dashed behind the run. Once the values are applied, the curves stay until the run continues or restarts. The engine computes
+ * them without disturbing the run.
  */
 
 import { ask } from "tool/engine.js";
@@ -12,17 +13,17 @@ import { units } from "tool/signals.js";
 import { isEdited, split, store, variable } from "tool/store.js";
 import { same, shown } from "tool/values.js";
 
-/** So long nothing is typed before it is made, in milliseconds. */
+/** The pause in typing before a trial, in milliseconds. */
 const PAUSE = 150;
-/** A longer run is not made again at each key. */
+/** A run longer than this is not repeated on every keystroke. */
 const MOST_CALLS = 20_000;
 const POINTS = 1500;
 
 let timer = 0;
-/** A run that is under way is outdated by a later one. */
+/** The number of the last trial: an earlier one still pending is obsolete. */
 let asked = 0;
 
-/** Draws it from now on. */
+/** Starts to draw trials. */
 export function mount() {
   for (const what of ["settings", "loop", "run", "pause", "range"]) store.on(what, soon);
 }
@@ -34,11 +35,11 @@ function soon() {
   } else timer = setTimeout(make, PAUSE);
 }
 
-/** The edited settings of the run, by their names in the engine; none if there is nothing to try. */
+/** The edited settings, by their names in the engine; `undefined` if there is nothing to try. */
 function edits() {
   const loop = store.loop;
   const calls = store.state?.calls ?? 0;
-  // A program's lines are watched in its present run.
+  // No trials for a program: its lines show the values of the current run.
   if (!loop || !store.isLive() || calls < 2 || calls > MOST_CALLS || programOf(loop)) return undefined;
   const edited = Object.entries(loop.settings).filter(
     ([, one]) => isEdited(one) && one.wrong === undefined && !one.variable.is_stimulus,
@@ -47,7 +48,7 @@ function edits() {
   return Object.fromEntries(edited.map(([name, one]) => [variable(loop, name), one.value]));
 }
 
-/** Whether the drawn values were applied, and no call has been made since. */
+/** Whether the values of the trial have been applied and no call has been made since. */
 function isApplied() {
   const { ghost, loop, state } = store;
   if (!ghost || !loop || state?.run !== ghost.of.run || state.calls !== ghost.of.calls) return false;
@@ -79,14 +80,14 @@ async function make() {
     if (mine !== asked) return;
     store.ghost = { ...tried, values, of };
   } catch {
-    // A problem with a value is reported at its field.
+    // A problem with a value is reported beside its field.
     if (mine !== asked) return;
     store.ghost = undefined;
   }
   store.emit("prediction");
 }
 
-/** The dashed curves, with their figures: `GAIN 0.5: overshoot 3 %, settles 90 s`. Empty if there are none. */
+/** The values and figures of the trial: `GAIN 0.5: overshoot 3 %, settles 90 s`. Empty if there is no trial. */
 export function ghostText() {
   const { ghost, loop } = store;
   if (!ghost || !loop) return "";

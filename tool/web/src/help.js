@@ -1,4 +1,4 @@
-/** Help: beside a field from the FMU's own page, and a panel with the keys and a description of the block. */
+/** Help: on a field, from the FMU's documentation, and a panel with the keys and a description of the block. */
 
 import { assetOf, html } from "tool/assets.js";
 import { attribute, element, fill } from "tool/dom.js";
@@ -52,11 +52,11 @@ export function mount(content) {
 }
 
 /**
- * Opens the help of a setting below its field, or closes it.
+ * Opens or closes the help on a setting below its field.
  *
  * @param {string | string[]} names
  * @param {HTMLElement} row
- * @param {HTMLElement} field where the focus goes back to
+ * @param {HTMLElement} field gets the focus back
  */
 export async function fieldHelp(names, row, field) {
   const button = row.querySelector(".ask");

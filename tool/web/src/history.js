@@ -1,11 +1,11 @@
 /**
- * What signals have done in a run: of each the calls in which its value changed, so that edges stand at their calls however long
- * the run is. Only calls that are new are asked for.
+ * The history of signals in a run: the calls in which each value changed, so that edges are drawn at the exact call in a run of
+ * any length. Only new calls are requested.
  *
  * @typedef {object} Track
- * @property {number[]} calls those in which the value changed; the first one is the first of them
- * @property {number[]} values what it was from each of them on; NaN is not a number
- * @property {number} until how many calls are known
+ * @property {number[]} calls calls in which the value changed, beginning with the first call
+ * @property {number[]} values value from each of these calls on; NaN for an invalid number
+ * @property {number} until number of calls known
  */
 
 import { ask } from "tool/engine.js";
@@ -13,13 +13,13 @@ import { isLate } from "tool/moment.js";
 
 /** The maximum number of values in a request: more would block the page. */
 const MOST_VALUES = 200_000;
-/** As many runs as the engine keeps. */
+/** The number of runs that the engine keeps. */
 const MOST_RUNS = 6;
 
-/** By run, then by name. @type {Map<number, Map<string, Track>>} */
+/** The tracks, by run, then by name. @type {Map<number, Map<string, Track>>} */
 const runs = new Map();
 
-/** Another engine numbers its runs anew. */
+/** Forgets all tracks: a new engine restarts the numbering of runs. */
 export function forgetTracks() {
   runs.clear();
 }
@@ -28,8 +28,8 @@ export function forgetTracks() {
  * The tracks of signals in a run, up to its last call.
  *
  * @param {string[]} names
- * @param {{ run: number, calls: number, step: number, time: number, after?: import("./messages").Values | null }} of time is that of the
- *   last call, and `after` what a program left then, which stands in the row of the next call
+ * @param {{ run: number, calls: number, step: number, time: number, after?: import("./messages").Values | null }} of `time` is the
+ *   time of the last call, and `after` the results of a program in it, which belong in the row of the next call
  * @returns {Promise<Map<string, Track>>}
  */
 export async function tracks(names, { run, calls, step, time, after }) {
@@ -42,14 +42,14 @@ export async function tracks(names, { run, calls, step, time, after }) {
   for (;;) {
     const waiting = names.filter((name) => known.get(name).until < calls);
     if (waiting.length === 0) return known;
-    // Those that are known up to the same call and stand in the same row are asked for together.
+    // Request signals together that are known up to the same call and whose next value is in the same row.
     const first = Math.min(...waiting.map((name) => known.get(name).until));
     const rowOf = (/** @type {string} */ name) => first + (after && isLate(name) ? 1 : 0);
     const behind = waiting.filter((name) => known.get(name).until === first);
     const row = rowOf(behind[0]);
     const variables = behind.filter((name) => rowOf(name) === row);
     if (row === calls) {
-      // The row after the last call is still to come; of an earlier run it never comes.
+      // The row after the last call does not exist yet, and never will for an earlier run.
       for (const name of variables) {
         const value = after?.[name];
         extend(known.get(name), value === undefined ? [] : [first], [value === "NaN" ? null : Number(value)], calls);
@@ -83,7 +83,7 @@ function extend(track, calls, values, until) {
 }
 
 /**
- * The place of the change that holds in a call: -1 before the first one.
+ * The index of the latest change up to a call: -1 before the first one.
  *
  * @param {Track} track
  * @param {number} call
@@ -99,27 +99,27 @@ export function placeOf(track, call) {
 }
 
 /**
- * The parts of a track in an interval of calls: the same value from a call to the next, or a part whose changes are denser than can
- * be drawn, with how many there are.
+ * Divides an interval of calls into parts: a constant value, or a band in which changes are too dense to be drawn, with their
+ * number.
  *
  * @param {Track} track
  * @param {number} first
  * @param {number} end the call after the last one
- * @param {number} dense changes that are nearer than this many calls cannot be told apart
- * @returns {{ from: number, to: number, value: number, changes: number }[]} `changes` is 0 where the value is one
+ * @param {number} dense changes fewer than this many calls apart cannot be told apart
+ * @returns {{ from: number, to: number, value: number, changes: number }[]} `changes` is 0 for a constant value
  */
 export function parts({ calls, values, until }, first, end, dense) {
   const parts = [];
   const stop = Math.min(end, until);
   let at = Math.max(placeOf({ calls, values, until }, first), 0);
   while (at < calls.length && calls[at] < stop) {
-    // Several changes, each near the one before it, are one part.
+    // A series of changes, each close to the previous one, is one part.
     let last = at;
     while (last + 1 < calls.length && calls[last + 1] < stop && calls[last + 1] - calls[last] < dense) last += 1;
     const isBand = last - at >= FEWEST;
     const from = Math.max(calls[at], first);
     const to = Math.min(calls[(isBand ? last : at) + 1] ?? until, stop);
-    // The last change of a band begins a part that can be seen, if it lasts.
+    // The last change of a band starts a part of its own, which is visible if it lasts.
     if (isBand) parts.push({ from, to: calls[last], value: values[last], changes: last - at });
     parts.push({ from: isBand ? calls[last] : from, to, value: values[isBand ? last : at], changes: 0 });
     at = (isBand ? last : at) + 1;
@@ -127,5 +127,5 @@ export function parts({ calls, values, until }, first, end, dense) {
   return parts;
 }
 
-/** Fewer changes are drawn one by one, however near they are. */
+/** Fewer changes than this are drawn individually, however close together. */
 const FEWEST = 4;

@@ -1,6 +1,6 @@
 /**
- * The inputs of a program that nothing is connected to, as the operator of the machine has them: switches, push buttons and numbers,
- * each of which acts at once. What is set is in the log, with its time.
+ * The unconnected inputs of a program as operator controls: switches, push buttons and numbers, which take effect immediately.
+ * Every change is logged with its time.
  *
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("tool/store.js").Work} Work
@@ -15,15 +15,15 @@ import { isSwitch } from "tool/signals.js";
 import { store, variable } from "tool/store.js";
 import { number, shown } from "tool/values.js";
 
-/** Words in a comment or a name that indicate a push button. */
+/** Words in a comment or a name that suggest a push button. */
 const PUSH_COMMENT = /push.?button|\bbutton\b|momentary|\btaster\b|\bpulse\b/i;
 const PUSH_NAME = /(^|_)(start|stop|reset|ack|acknowledge|quit|confirm|jog)\w*$/i;
 
-/** How each input is shown with a new value, by its name. @type {Map<string, (value: import("./messages").Value) => void>} */
+/** Functions that show a new value, by input name. @type {Map<string, (value: import("./messages").Value) => void>} */
 const fields = new Map();
-/** Where the value at the cursor stands, by the input's name. @type {Map<string, [Variable, HTMLElement]>} */
+/** The elements for the value at the cursor, by input name. @type {Map<string, [Variable, HTMLElement]>} */
 const moments = new Map();
-/** The loop and the inputs that are shown. */
+/** A key of the loop and the inputs shown. */
 let drawn = "";
 
 /** @param {HTMLElement} within */
@@ -42,7 +42,7 @@ export function mount(within) {
   update();
 }
 
-/** Shows the inputs at the cursor, and the forced ones. */
+/** Shows the values at the cursor, or the forced values. */
 function showMoment() {
   const loop = store.loop;
   if (!loop) return;
@@ -57,7 +57,7 @@ function showMoment() {
 }
 
 /**
- * The inputs that act at once, and are no settings to be edited and applied.
+ * The inputs that take effect immediately, unlike settings, which are edited and applied.
  *
  * @param {Work} loop
  */
@@ -99,7 +99,7 @@ async function act(name, value) {
 }
 
 /**
- * Whether an input is a push button: as the user has chosen, or as its comment and its name say.
+ * Whether an input is a push button: the user's choice, otherwise a guess from its comment and name.
  *
  * @param {Work} loop
  * @param {Variable} of
@@ -137,7 +137,7 @@ function row(of, control, more = null) {
 }
 
 /**
- * A switch: it keeps its position.
+ * A switch, which keeps its position.
  *
  * @param {Work} loop
  * @param {Variable} of
@@ -155,7 +155,7 @@ function toggle(loop, { name }) {
 }
 
 /**
- * A push button: TRUE while it is pressed, in one call at least.
+ * A push button: TRUE while pressed, and for at least one call.
  *
  * @param {Work} loop
  * @param {Variable} of
@@ -163,7 +163,7 @@ function toggle(loop, { name }) {
 function push(loop, { name }) {
   const button = element("button.push", element("span.name", name));
   let isDown = false;
-  /** The run and its calls when it had taken the press. @type {{ run: number | undefined, calls: number } | undefined} */
+  /** The run and its number of calls when it accepted the press. @type {{ run: number | undefined, calls: number } | undefined} */
   let taken;
   /** @type {(() => void) | undefined} */
   let endWaiting;
@@ -179,14 +179,14 @@ function push(loop, { name }) {
   const press = async () => {
     if (isDown) return;
     isDown = true;
-    // A call that is under way does not see it.
+    // A call already in progress does not see the press.
     const state = await act(name, true);
     taken = { run: state?.run, calls: state?.calls ?? 0 };
     if (endWaiting) end();
   };
   const release = () => {
     if (!isDown || endWaiting) return;
-    // A press between two calls would not be seen.
+    // A press released between two calls would go unnoticed.
     endWaiting = store.on("state", end);
     end();
   };
@@ -210,7 +210,7 @@ function push(loop, { name }) {
 }
 
 /**
- * A number: Enter sets it; between two limits a slider does, too.
+ * A number, set with Enter, or with a slider if it has two limits.
  *
  * @param {Work} loop
  * @param {Variable} of
@@ -232,7 +232,7 @@ function numeric(loop, of) {
   slider.addEventListener("input", async () => {
     if (isActing) return;
     isActing = true;
-    // Also sends the slider's latest position.
+    // Repeat until the slider's latest position has been sent.
     for (let last = Number.NaN; last !== Number(slider.value); ) {
       last = Number(slider.value);
       await act(name, last);

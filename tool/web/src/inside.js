@@ -1,6 +1,6 @@
 /**
- * The blocks inside a program, such as its controllers: which of them is shown in the diagram, its parameters with their present
- * values, and the same block as a loop of its own, to be tuned and replayed as any other.
+ * The blocks inside a program, such as its controllers: the choice of the one in the diagram, its parameters with their current
+ * values, and a way to open it as a separate loop that can be tuned and replayed like any other.
  *
  * @typedef {import("./messages").Description} Description
  * @typedef {import("tool/store.js").Work} Work
@@ -14,7 +14,7 @@ import { beginWith, runValue, store } from "tool/store.js";
 import { isTime, plcTime, shown } from "tool/values.js";
 
 /**
- * The blocks of the catalogue inside a loop's program that have a diagram.
+ * The catalogue blocks inside a loop's program that have a diagram.
  *
  * @param {Work} loop
  */
@@ -32,7 +32,7 @@ function isInCatalogue(block) {
 }
 
 /**
- * Which of them is shown.
+ * The inner block chosen for display.
  *
  * @param {Work} loop
  */
@@ -42,7 +42,7 @@ export async function chosenInside(loop) {
 }
 
 /**
- * What is shown of a block inside: the variables of the program that are its own, by their names in the block.
+ * The description of an inner block: its variables in the program, under their names in the block.
  *
  * @param {Work} loop
  * @param {string} path
@@ -55,11 +55,15 @@ export function descriptionInside(loop, path) {
 
 /** @type {HTMLElement} */
 let body;
-/** The fields of values that are shown, by the variable's name in the program. @type {Map<string, { kind: string, place: HTMLElement }>} */
+/**
+ * The cells with values, by the variable's name in the program.
+ *
+ * @type {Map<string, { kind: string, place: HTMLElement }>}
+ */
 let values = new Map();
 
 /**
- * Mounts the choice of the block above the diagram, and its parameters below it.
+ * Mounts the list of inner blocks above the diagram and the parameters of the chosen one below it.
  *
  * @param {HTMLElement} content
  */
@@ -112,7 +116,7 @@ async function show(head) {
 }
 
 /**
- * The parameters of a block inside, which the program sets.
+ * The parameters of an inner block, which the program sets.
  *
  * @param {Work} loop
  * @param {string} path
@@ -141,7 +145,7 @@ function parameters(loop, path, of, group) {
 }
 
 /**
- * The line of the source that passes a parameter.
+ * The source line that passes a parameter.
  *
  * @param {Work} loop
  * @param {string} path
@@ -153,7 +157,7 @@ function lineOf(loop, path, name) {
 }
 
 /**
- * What the program's own block passes for a parameter of an instance.
+ * The argument that the program's main block passes for a parameter of an instance.
  *
  * @param {Work} loop
  * @param {string} path
@@ -177,7 +181,7 @@ function update() {
 }
 
 /**
- * Opens a block inside as a loop: with the values that it has now, against the same plant.
+ * Opens an inner block as a loop with its current values and the same plant.
  *
  * @param {Work} loop
  * @param {string} path
@@ -199,7 +203,7 @@ async function openAlone(loop, path, block) {
   store.edit(now);
   await store.send();
   beginWith(made);
-  // The ends at the program are those of the block that the program passes them to.
+  // Connections to the program move to the terminals of the block to which the program passes them.
   const own = (/** @type {string} */ end) => {
     if (!end.startsWith(`${loop.member}.`)) return end;
     const name = end.slice(loop.member.length + 1).toUpperCase();

@@ -1,10 +1,11 @@
 /**
- * The last sessions, which outlive their tab: in localStorage, for the page in a file too. The first page offers them. Each tab has one.
+ * The last sessions, which outlive their tabs: kept in localStorage, also for the page opened as a file. The first page offers
+ * them. Each tab has one session.
  *
  * @typedef {object} KeptSession
  * @property {string} id
  * @property {string} title the names of its loops
- * @property {number} time when it was kept last, in milliseconds
+ * @property {number} time when it was last saved, in milliseconds
  * @property {string} content
  */
 
@@ -27,7 +28,7 @@ export function keptSessions() {
   }
 }
 
-/** @param {KeptSession[]} kept the oldest are left out as long as there is no room for all */
+/** @param {KeptSession[]} kept the oldest are dropped if there is no room for all */
 function write(kept) {
   for (let count = Math.min(kept.length, MOST); count >= 0; count -= 1) {
     try {
@@ -41,7 +42,7 @@ function write(kept) {
 }
 
 /**
- * Keeps the session of this tab. Another server is another address: nothing that is kept there is found again.
+ * Saves the session of this tab, unless the page comes from a server: the next server has a new address and would not find it.
  *
  * @param {string} title
  * @param {string} content
@@ -58,17 +59,17 @@ export function keepSession(title, content) {
 }
 
 /**
- * Makes a kept session that of this tab; a reload takes it up.
+ * Makes a saved session the session of this tab; a reload restores it.
  *
  * @param {KeptSession} session
- * @param {string} key under which a tab has what a reload keeps
+ * @param {string} key storage key of the content that survives a reload
  */
 export function takeUp({ id, content }, key) {
   sessionStorage.setItem(OWN, id);
   sessionStorage.setItem(key, content);
 }
 
-/** @param {string} [id] all without it */
+/** @param {string} [id] by default, all */
 export function forget(id) {
   write(id === undefined ? [] : keptSessions().filter((one) => one.id !== id));
 }

@@ -1,4 +1,4 @@
-/** Keys that work wherever the cursor is not in a field. Their actions belong to the panels: see the events of the store. */
+/** Keys that work unless the cursor is in a field. The panels implement the actions: see the events of the store. */
 
 import { closeDrawer, toggleDrawer } from "tool/panels.js";
 import { store } from "tool/store.js";
@@ -41,7 +41,7 @@ export function mount() {
     if (!store.loop) return;
     const what = EVENTS[event.key];
     if (!what) return;
-    // Space presses the button or the switch that has the focus.
+    // Space activates the focused button or switch.
     if (event.key === " " && target?.closest("button, summary, a, input, [role=button]")) return;
     event.preventDefault();
     store.emit(what, event);

@@ -1,4 +1,4 @@
-/** Loops that are described: the examples, and files that `plcfmu run` takes. */
+/** Described loops: the examples, and loop descriptions for `plcfmu run`. */
 
 import { programOf, showOutputs } from "tool/program.js";
 import { remake } from "tool/remake.js";
@@ -6,17 +6,17 @@ import { beginWith, store } from "tool/store.js";
 import { number } from "tool/values.js";
 
 /**
- * Opens a described loop with its plant and runs it as its description does.
+ * Opens a described loop with its plant and runs it according to its description.
  *
  * @param {import("./messages").KnownLoop} known
- * @param {string} [file] the file that it comes from
+ * @param {string} [file] name of the description file
  */
 export async function openKnown(known, file) {
   const [controller, ...members] = known.setup.members;
-  // Nothing is opened of a loop that is not there as a whole.
+  // Fail before anything is opened if a member is missing.
   for (const { fmu } of known.setup.members) await store.describe(fmu);
   const loop = await store.add(controller.name, controller.fmu, undefined, file);
-  // The connections name the controller as the description does.
+  // Replaces the controller's name in the description by its name here.
   const own = (/** @type {string} */ name) =>
     name.startsWith(`${controller.name}.`) ? loop.member + name.slice(controller.name.length) : name;
   store.edit(controller.values);

@@ -1,6 +1,6 @@
 /**
- * LAD and FBD as networks with power flow: what conducts in the call that is looked at is in the accent colour, what does not is
- * thin, and what cannot be told is neither. What a wire carried is the engine's note of the call; values are those at its end.
+ * LAD and FBD networks with power flow: paths that conduct in the displayed call are green and thick, paths that do not are dashed,
+ * and unknown paths are plain. The engine records the wires of a call; values are those at its end.
  *
  * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").From} From
@@ -8,7 +8,7 @@
  * @typedef {import("tool/ladder_layout.js").Placed} Placed
  * @typedef {import("tool/usage.js").Way} Way
  *
- * @typedef {object} Told what is known of the call
+ * @typedef {object} Told the known state of the call
  * @property {Map<number, boolean>} wires truth values by their numbers
  * @property {Set<number>} lines that ran
  * @property {(path: string, isGlobal: boolean) => { text: string, name: string | undefined, isForced: boolean } | undefined} value
@@ -19,12 +19,12 @@ import { cut, FLOW, layout, operandsOf, RAIL } from "tool/ladder_layout.js";
 import { store } from "tool/store.js";
 import { showUsage } from "tool/usage.js";
 
-/** So much smaller a network that does not fit is drawn. */
+/** The smallest scale at which a network that does not fit is drawn. */
 const SMALLEST = 0.75;
 
 /** Functions that update each element for a call. @type {((told: Told) => void)[]} */
 let followers = [];
-/** The variable that is selected. @type {Operand | undefined} */
+/** The selected variable. @type {Operand | undefined} */
 let selected;
 /** @type {HTMLElement} */
 let bar;
@@ -46,7 +46,7 @@ store.on("decided", (/** @type {typeof decided} */ of) => {
  * The networks of a block.
  *
  * @param {Block} of
- * @param {(of: import("tool/usage.js").Variable) => Way | undefined} wayTo the way to the declaration of a variable
+ * @param {(of: import("tool/usage.js").Variable) => Way | undefined} wayTo finds the way to the declaration of a variable
  * @returns {HTMLElement}
  */
 export function ladder(of, wayTo) {
@@ -87,7 +87,7 @@ function network(of) {
   };
   const drawing = svg("svg", {
     ...{ width, height, viewBox: `0 0 ${width} ${height}`, class: "network-drawing" },
-    // A wide one gets smaller before it is scrolled.
+    // A wide network is scaled down before it scrolls.
     style: `min-width: ${Math.round(width * SMALLEST)}px`,
     ...{ role: "group", "aria-label": `Network ${of.number}` },
   });
@@ -117,7 +117,7 @@ function network(of) {
 }
 
 /**
- * What was noted of an operand or an output pin; nothing if that was not calculated.
+ * The recorded value of an operand or an output pin; `undefined` if it was not evaluated.
  *
  * @param {{ wire: number | null } | null | undefined} of
  * @param {Told} now
@@ -187,7 +187,7 @@ function part(of, truth) {
 }
 
 /**
- * Whether a contact would conduct with its operand as it was, whatever flowed to it.
+ * Whether a contact's operand let it conduct, regardless of the power flow into it.
  *
  * @param {import("./messages").Element} part
  * @param {Told} now
@@ -226,7 +226,7 @@ function box(of) {
 }
 
 /**
- * The name of a variable with its value below it.
+ * A variable's name with its value below.
  *
  * @param {Operand} operand
  * @param {number} x
@@ -267,7 +267,7 @@ function name(operand, x, y, anchor, isInline = false) {
   return isInline ? [label] : [label, value];
 }
 
-/** The actions for the selected variable. */
+/** Shows the actions for the selected variable. */
 function showBar() {
   const path = selected?.path;
   if (!selected || !path) {

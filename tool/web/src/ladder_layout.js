@@ -1,6 +1,6 @@
 /**
- * Where the elements of a network stand, and how its wires run: in columns from the rail to the right, each after all that it needs,
- * and in rows, a row for each branch.
+ * Places the elements of a network and routes its wires: in columns from the rail to the right, each element after its inputs, and
+ * in rows, one per branch.
  *
  * @typedef {import("./messages").Network} Network
  * @typedef {import("./messages").Element} Part
@@ -9,7 +9,7 @@
  * @typedef {import("./messages").From} From
  *
  * @typedef {object} Pin
- * @property {number} y from the top of its element
+ * @property {number} y distance from the top of its element
  * @property {Input} [input]
  * @property {Output} [output]
  *
@@ -23,8 +23,8 @@
  * @property {number} y
  * @property {number} width
  * @property {number} height
- * @property {number} left how wide the texts at the left of a box are
- * @property {number} inner how wide the box or the symbol is
+ * @property {number} left width of the text on the left of a box
+ * @property {number} inner width of the box or the symbol
  * @property {Pin[]} inputs
  * @property {Pin[]} outputs
  *
@@ -38,25 +38,25 @@
  * @property {Wire[]} wires
  * @property {number} width
  * @property {number} height
- * @property {[number, number] | undefined} rail from where to where it goes
+ * @property {[number, number] | undefined} rail top and bottom of the rail
  */
 
-/** The first pin of each element is so far below its top: above it stand names and values. */
+/** The distance of an element's first pin from its top, with room for names and values above. */
 export const FLOW = 46;
-/** The distance of pins, of columns, and of rows. */
+/** The spacing of pins, columns and rows. */
 const [PIN, GAP, BETWEEN] = [32, 20, 10];
-/** Where the rail stands. */
+/** The x coordinate of the rail. */
 export const RAIL = 8;
-/** How wide a letter is, and how many of a name are shown. */
+/** The width of a letter. */
 const LETTER = 6.7;
-/** How much wider a letter of a title is. */
+/** The factor by which a letter in a title is wider. */
 const BOLD = 1.25;
 const MOST_LETTERS = 20;
 const SYMBOL = 28;
-/** Room for the value of an operand. */
+/** The minimum width of a symbol, with room for the value of an operand. */
 const LEAST = 76;
 
-/** A name as displayed. @param {string} name */
+/** A name, shortened for display. @param {string} name */
 export function cut(name) {
   return name.length > MOST_LETTERS ? `${name.slice(0, MOST_LETTERS - 1)}…` : name;
 }
@@ -66,7 +66,7 @@ function wide(text) {
   return Math.min(text.length, MOST_LETTERS) * LETTER;
 }
 
-/** The number of a pin IN1, IN2 ...; that of any other is 0. @param {string} pin */
+/** The number of a pin IN1, IN2 ...; 0 for any other. @param {string} pin */
 function numberOf(pin) {
   return Number(/^IN(\d+)$/.exec(pin)?.[1] ?? 0);
 }
@@ -92,7 +92,7 @@ export function operandsOf({ sources }) {
 function sized(part, number, isLadder) {
   const look = isLadder || part.shape === "junction" ? part.shape : "box";
   const place = { part, number, look, column: 0, row: 0, x: 0, y: 0, left: 0 };
-  // What flows is at the top: EN, IN or the first pin that is wired. IN1 stands before IN2, whatever the file says.
+  // The power flow is at the top: EN, IN or the first wired pin. IN1 is above IN2, whatever their order in the file.
   const inputs = part.inputs.toSorted(
     (a, b) => Number(isWired(b)) - Number(isWired(a)) || numberOf(a.pin) - numberOf(b.pin),
   );
@@ -139,7 +139,7 @@ function sized(part, number, isLadder) {
 }
 
 /**
- * The elements that an element needs, and at which of its pins.
+ * The wires into an element, with the pins at which they end.
  *
  * @param {Placed} of
  * @returns {{ pin: Pin, from: From }[]}
@@ -167,7 +167,7 @@ export function layout(network) {
   for (const one of placed) {
     one.x = lefts[one.column];
     one.y = tops[one.row];
-    // Symbols of a column stand below each other.
+    // Align the symbols of a column.
     if (one.look !== "box" && one.look !== "junction") one.width = widths[one.column];
   }
   const wires = placed.flatMap((to) => needed(to).map(({ pin, from }) => wire(placed, to, pin, from, tops, heights)));
@@ -183,7 +183,7 @@ export function layout(network) {
 }
 
 /**
- * Where each of some lengths begins.
+ * The start of each length, with gaps in between.
  *
  * @param {number[]} lengths
  * @param {number} from
@@ -198,14 +198,14 @@ function sums(lengths, from, gap) {
 }
 
 /**
- * Each element stands right of all that it needs, and a coil that ends a rung at the right.
+ * Assigns columns: each element is to the right of its inputs, and a coil at the end of a rung is in the last column.
  *
  * @param {Placed[]} placed
  * @param {boolean} isLadder
  */
 function columns(placed, isLadder) {
   const open = new Set(placed);
-  // As often as the longest way has elements; wires that form a circle end it.
+  // At most one round per element of the longest path; this also ends the search if wires form a loop.
   for (let round = 0; round <= placed.length && open.size > 0; round += 1) {
     for (const one of open) {
       const before = needed(one).flatMap(({ from }) => (from.element === null ? [] : [placed[from.element]]));
@@ -225,7 +225,7 @@ function ends(placed, one) {
 }
 
 /**
- * The wire into an element is in its row; all other connections begin rows below.
+ * Assigns rows: the first input of an element is in the same row; each further input starts a row below.
  *
  * @param {Placed[]} placed
  */
@@ -243,7 +243,7 @@ function rows(placed) {
     }
   };
   for (const one of placed.filter((of) => ends(placed, of))) if (!done.has(one)) place(one, next++);
-  // Wires that form a circle end nowhere.
+  // Elements in a loop of wires, which has no end.
   for (const one of placed) if (!done.has(one)) place(one, next++);
 }
 
@@ -259,7 +259,7 @@ function rows(placed) {
 function wire(placed, to, pin, from, tops, heights) {
   const end = [to.x + (to.look === "box" ? to.left : 0), to.y + pin.y];
   const source = from.element === null ? undefined : placed[from.element];
-  // The rail feeds a branch in its own row, unless it is the first one of its pin.
+  // The rail feeds a pin in the pin's own row.
   if (!source) return { from, path: `M${RAIL} ${end[1]}H${end[0]}`, dots: [] };
   const out = source.outputs.find(({ output }) => output?.pin === from.pin) ?? source.outputs[0] ?? { y: FLOW };
   const begin = [source.x + (source.look === "box" ? source.left + source.inner : source.width), source.y + out.y];
@@ -272,7 +272,7 @@ function wire(placed, to, pin, from, tops, heights) {
     const [left, right] = [begin[0] + 8, end[0] - 8];
     return { from, path: `M${begin[0]} ${begin[1]}H${left}V${under}H${right}V${end[1]}H${end[0]}`, dots: [] };
   }
-  // A branch below joins just before its end; one that leads down leaves just after its beginning.
+  // A branch from below joins just before the wire's end; a branch that leads down starts just after its beginning.
   const turn = begin[1] > end[1] ? end[0] - GAP / 2 : begin[0] + GAP / 2;
   const path =
     begin[1] === end[1] ? `M${begin[0]} ${begin[1]}H${end[0]}` : `M${begin[0]} ${begin[1]}H${turn}V${end[1]}H${end[0]}`;
@@ -282,7 +282,7 @@ function wire(placed, to, pin, from, tops, heights) {
   return { from, path, dots };
 }
 
-/** Whether an element stands between two of a row. @param {Placed[]} placed @param {Placed} from @param {Placed} to */
+/** Whether another element is between two of a row. @param {Placed[]} placed @param {Placed} from @param {Placed} to */
 function between(placed, from, to) {
   return placed.some(({ row, column }) => row === from.row && column > from.column && column < to.column);
 }

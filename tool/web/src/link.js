@@ -1,16 +1,16 @@
 /**
- * A link that carries a loop with its settings and its run, compressed in the fragment, which no server gets to see. Opened on
- * another computer, it makes the same run to the same bits.
+ * A link that contains a loop with its settings and its run, compressed in the fragment, which is never sent to a server. Opened on
+ * another computer, it reproduces the run bit for bit.
  *
  * @typedef {object} Carried
  * @property {1} version
  * @property {string} name of the loop
  * @property {string} fmu
- * @property {import("./messages").Program} [program] the sources of what runs, if it is a program
- * @property {(import("./messages").Program | null)[]} [others] the same of the other members, in their order
+ * @property {import("./messages").Program} [program] the sources, if the loop's controller is a program
+ * @property {(import("./messages").Program | null)[]} [others] the same for the other members, in order
  * @property {import("./messages").Values} values in force at the end
- * @property {number | null} window of the curves, in seconds
- * @property {Record<string, any>} [notes] of a program: the signals of the diagram, and the watch table
+ * @property {number | null} window visible part of the curves, in seconds
+ * @property {Record<string, any>} [notes] for a program: the signals of the diagram, the watch table, the kinds of inputs
  * @property {import("tool/remake.js").Made | null} run
  * @property {Pick<import("tool/store.js").Work, "members" | "connections" | "step" | "exchange">} plant
  * @property {string} member the controller's name in the run
@@ -22,13 +22,13 @@ import { remake } from "tool/remake.js";
 import { beginWith, store, valuesOf } from "tool/store.js";
 
 const BEGIN = "#loop=";
-/** The most bytes of a link's content, and the most calls of its run. */
+/** The maximum size of a link's content in bytes, and the maximum number of calls in its run. */
 const [LARGEST, MOST_CALLS] = [4_000_000, 2_000_000];
 
-/** The notes of panels that a link contains. */
+/** The panel notes that a link contains. */
 const NOTES = ["timing", "watch", "inputs"];
 
-/** The link of the shown loop. @returns {Promise<string>} */
+/** A link to the current loop. @returns {Promise<string>} */
 export async function linkOfLoop() {
   const loop = store.loop;
   if (!loop) throw new EngineError("Open or make a loop first.");
@@ -49,11 +49,11 @@ export async function linkOfLoop() {
   return location.href.split("#")[0] + BEGIN + text;
 }
 
-/** Opens the loop that the page's address carries, if it carries one. */
+/** Opens the loop in the page's address, if there is one. */
 export async function openLink() {
   if (!location.hash.startsWith(BEGIN)) return;
   const text = location.hash.slice(BEGIN.length).replaceAll("-", "+").replaceAll("_", "/");
-  // A reload restores the work, which this now is.
+  // From now on the loop is part of the session, which a reload restores.
   history.replaceState(null, "", location.href.split("#")[0]);
   /** @type {Carried} */
   let carried;
@@ -67,7 +67,7 @@ export async function openLink() {
   if ((carried.run?.calls ?? 0) > MOST_CALLS)
     throw new EngineError(`The run of the link has ${carried.run?.calls} cycles; at most ${MOST_CALLS} are run.`);
   const fmu = carried.program ? (await admit(carried.program)).fmu : carried.fmu;
-  // A program may have another name here.
+  // A program's FMU may have another name here.
   /** @type {Map<string, string>} */
   const fmus = new Map();
   for (const [at, program] of (carried.others ?? []).entries()) {
@@ -108,7 +108,7 @@ export async function openLink() {
 }
 
 /**
- * The controller may have another name here, where its own is taken.
+ * Renames the controller in a variable name: its original name may be taken here.
  *
  * @param {string} from
  * @param {string} to

@@ -14,18 +14,18 @@ import { rounded } from "tool/values.js";
 
 /** A row of the table. @typedef {{ name: string, title?: string, block: string, cycle: number | null, warnings: number, file?: string, loop: import("./store.js").Work | undefined, given: import("./messages").LoopValue[], take: () => unknown }} Row */
 
-/** A column beside name and state: its title, and what a row has in it, as a value to sort by and as a text. @typedef {{ title: string, isNumber: boolean, isWide: boolean, of: (row: Row) => [number | string, string] }} Column */
+/** A column other than name and state: its title, and for each row a sort key and the text. @typedef {{ title: string, isNumber: boolean, isWide: boolean, of: (row: Row) => [number | string, string] }} Column */
 
-/** As long as nothing is under work, the table has the page for itself. */
+/** Rows per page: many while no loop is open and the table has the page to itself. */
 const [FEW, MANY] = [5, 25];
 
 const MOST_PROBLEMS = 20;
-/** Which example the first door leads to. */
+/** The example behind the first button. */
 const FIRST_EXAMPLE = "furnace";
 
 let page = 0;
 let filter = "";
-/** By which column the rows are sorted; in the order of the files without it. @type {{ title: string, isDown: boolean } | undefined} */
+/** The column to sort by; by default, rows are in file order. @type {{ title: string, isDown: boolean } | undefined} */
 let sorting;
 /** The roles of the blocks' variables, by block name. @type {Map<string, import("./messages").Roles>} */
 const rolesOf = new Map();
@@ -66,7 +66,7 @@ export function mount(content) {
     onceAFrame(() => showRows(list, search)),
   );
   store.on("files", () => {
-    // The list is in sight: the drawer would cover it.
+    // The drawer would cover the list.
     if (store.loop) byId("opening").hidden = true;
     page = 0;
   });
@@ -142,14 +142,14 @@ function mountOpening() {
   );
   const begin = element("div.begin", promise, living, choose, kinds, form, summary);
   byId("opening").querySelector(".content")?.append(begin, examples);
-  // What was under work before a reload comes first.
+  // Restoring the session after a reload comes first.
   store.on("ready", () => live(living).catch(store.say));
   store.on("loops", () => {
     if (store.loops.length === 0) opening.hidden = false;
   });
   store.on("loop", () => {
     if (!store.loop) return;
-    // The clicked item on the first page may be far down.
+    // The item clicked on the first page may be far down.
     if (!opening.hidden) scrollTo(0, 0);
     opening.hidden = true;
   });
@@ -168,7 +168,7 @@ function showExamples(within) {
   );
 }
 
-/** The three ways in. */
+/** The three buttons for getting started. */
 function doors() {
   const program = element("input", {
     ...{
@@ -207,7 +207,7 @@ function doors() {
   );
 }
 
-/** The last sessions; nothing if there are none. @param {HTMLElement} within */
+/** The last sessions; `null` if there are none. @param {HTMLElement} within */
 function recent(within) {
   const sessions = keptSessions();
   if (sessions.length === 0) return null;
@@ -253,7 +253,7 @@ function mountDrop() {
 }
 
 /**
- * Whether a loop can be made of an FMU. An unknown foreign one is not a controller.
+ * Whether an FMU can be the controller of a new loop. A foreign FMU of unknown kind cannot.
  *
  * @param {import("./messages").Entry} entry
  */
@@ -269,7 +269,7 @@ function freeName(block) {
   return `${block}_${number}`;
 }
 
-/** All loops: those made here, then those of the files. */
+/** All loops: first those created here, then those of the files. */
 function allRows() {
   /** @type {Row[]} */
   const rows = [];
@@ -317,7 +317,7 @@ function rowOf(loop) {
   };
 }
 
-/** Asks for the roles of the listed blocks' variables. @returns {Promise<boolean>} whether one is new */
+/** Fetches the variable roles of the listed blocks. @returns {Promise<boolean>} whether any are new */
 async function learnRoles() {
   const named = [...store.files.flatMap(({ loops }) => loops), ...store.loops.map(({ description }) => description)];
   const unknown = [...new Set(named.map(({ block }) => block))].filter((block) => !rolesOf.has(block));
@@ -327,7 +327,7 @@ async function learnRoles() {
 }
 
 /**
- * What a row has of one of its variables: in the file, or in force once it is under work.
+ * The value of a variable in a row: the value in force if the loop is open, otherwise the value in the file.
  *
  * @param {Row} row
  * @param {string | null | undefined} name
@@ -337,7 +337,14 @@ function ofRow(row, name) {
   return row.loop?.settings[name]?.sent ?? row.given.find((one) => one.name === name)?.value;
 }
 
-/** A number of a row. @param {string} title @param {(roles: import("./messages").Roles) => string | null | undefined} role @param {string} [unit] @returns {Column} */
+/**
+ * A column with the number in a role.
+ *
+ * @param {string} title
+ * @param {(roles: import("./messages").Roles) => string | null | undefined} role
+ * @param {string} [unit]
+ * @returns {Column}
+ */
 function numberColumn(title, role, unit = "") {
   return {
     ...{ title, isNumber: true, isWide: true },
@@ -370,7 +377,7 @@ const COLUMNS = [
   numberColumn("Setpoint", ({ setpoint }) => setpoint),
 ];
 
-/** The rows in the order that the user has chosen; those of equal values keep theirs. @param {Row[]} rows */
+/** The rows in the user's sort order; rows with equal values keep their order. @param {Row[]} rows */
 function sorted(rows) {
   if (!sorting) return rows;
   const { title, isDown } = sorting;
@@ -388,7 +395,7 @@ function sorted(rows) {
 }
 
 /**
- * The head of the table: a click on a title sorts by its column, a second one the other way, a third one no longer.
+ * The table head: one click on a title sorts by its column, a second reverses the order, a third ends the sorting.
  *
  * @param {HTMLElement} list
  * @param {HTMLElement} search
@@ -430,11 +437,11 @@ function showRows(list, search) {
     ? all.filter((row) => [row.name, row.block, row.title].some((text) => text?.toLowerCase().includes(filter)))
     : all;
   const found = sorted(matching);
-  // A row with a title is higher: the page buttons stay visible.
+  // A row with a title is taller: show fewer rows, so that the page buttons stay visible.
   const few = found.some(({ title }) => title) ? FEW - 1 : FEW;
   const rows = store.loops.length > 0 ? few : MANY;
   search.hidden = all.length <= 8;
-  // An element that is made anew under the pointer is not clicked.
+  // Keep existing elements: one recreated under the pointer would lose the click.
   const key = JSON.stringify([
     page,
     sorting,
@@ -528,7 +535,7 @@ function showRow(row, number) {
 }
 
 /**
- * What a row says besides name and block.
+ * The data shown in a row, including its state.
  *
  * @param {Row} row
  */
@@ -552,7 +559,7 @@ function summaryOf(row) {
 
 /** @param {HTMLElement} within */
 function showProblems(within) {
-  // An open fold stays open while nothing else has come.
+  // Keep the elements while the files are unchanged, so that an open fold stays open.
   const now = [...store.files, store.loops.length > 0];
   if (now.length === shownFiles.length && now.every((one, at) => one === shownFiles[at])) return;
   shownFiles = now;
@@ -578,7 +585,7 @@ function showProblems(within) {
 }
 
 /**
- * Closes a file: after a question, if something in it was changed. It can be opened again as it was.
+ * Closes a file, after a question if it has changes. It can be reopened as it was.
  *
  * @param {import("./store.js").OpenFile} file
  */
@@ -610,7 +617,7 @@ function closeFile(file) {
 }
 
 /**
- * The problems of a file; remarks on a good one are folded once work on a loop has begun.
+ * The problems of a file; remarks on an accepted file are folded once a loop is open.
  *
  * @param {import("./store.js").OpenFile} file
  */
@@ -642,7 +649,7 @@ function problem(file, one) {
 }
 
 /**
- * Some formats do not name the block.
+ * Offers to reread a file as the parameters of a block: some formats do not name the block.
  *
  * @param {import("./store.js").OpenFile} file
  */

@@ -1,6 +1,6 @@
 /**
- * A machine and its plant that are both programs: sources that are opened together, of which one block is the machine and another one
- * what it controls.
+ * A machine and its plant as programs: sources opened together in which one block is the machine and another is the plant that it
+ * controls.
  *
  * @typedef {import("./messages").KnownLoop} KnownLoop
  * @typedef {import("./messages").Program} Program
@@ -12,12 +12,12 @@ import { choose } from "tool/plant.js";
 import { admit, openProgram, programNamed, programOf, programs, refused, sourcesOf, translate } from "tool/program.js";
 import { store } from "tool/store.js";
 
-/** How the block of a plant is called. */
+/** Words in the name of a plant block. */
 const PLANT = /plant|simul|process|strecke/i;
 
 /**
- * Opens sources that were given together. Where two blocks are called by no other and the name of one says that it is the plant, it
- * is connected to the other.
+ * Opens sources together. If exactly two blocks are not called by any other and the name of one identifies it as the plant, it is
+ * connected to the other.
  *
  * @param {File[]} files
  */
@@ -32,7 +32,7 @@ export async function openSources(files) {
 }
 
 /**
- * Opens a block of the sources as the machine, and another one as its plant.
+ * Opens one block of the sources as the machine and another as its plant.
  *
  * @param {Program} program
  * @param {string} machine
@@ -40,7 +40,7 @@ export async function openSources(files) {
  */
 export async function openWith(program, machine, plant) {
   const answer = await admit({ ...program, run: plant });
-  // Problems of the plant are shown at its lines.
+  // Show problems of the plant at its lines.
   if (!answer.fmu) return translate({ ...program, run: plant });
   const loop = await translate({ ...program, run: machine });
   if (!loop) return undefined;
@@ -53,7 +53,7 @@ export async function openWith(program, machine, plant) {
 }
 
 /**
- * A described loop with the FMUs of its programs, which are made of files that were opened with it, or before.
+ * Adds the FMUs of its programs to a described loop, built from files that were opened with it or earlier.
  *
  * @param {KnownLoop} known
  * @param {File[]} files
@@ -72,7 +72,7 @@ export async function withPrograms(known, files) {
     const whole = /** @type {Program} */ ({ ...program, files: of });
     const { fmu } = await admit(whole);
     if (!fmu) {
-      // Problems are shown at their lines.
+      // Show problems at their lines.
       await translate(whole);
       throw new EngineError(`The program ${member} was refused.`);
     }
@@ -83,7 +83,7 @@ export async function withPrograms(known, files) {
 }
 
 /**
- * The plant has its program from the sources that were opened again, too.
+ * Rebuilds the plant's program as well from sources that were reopened.
  *
  * @param {Work} loop
  */

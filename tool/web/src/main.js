@@ -1,4 +1,4 @@
-/** Starts the page. Each panel has a module with a function `mount`, which gets the element for its content. */
+/** Starts the page. Each panel has a module with a function `mount`, which is passed the element for its content. */
 
 import { mount as bar } from "tool/bar.js";
 import { mount as compare } from "tool/compare.js";
@@ -28,7 +28,11 @@ import { mount as timing } from "tool/timing.js";
 import { mount as tune } from "tool/tune.js";
 import { mount as watch } from "tool/watch.js";
 
-/** The panels of the page by the id of their section; the first one is that of the first page. @type {[string, (content: HTMLElement) => void][]} */
+/**
+ * The panels by the id of their section; the first one belongs to the first page.
+ *
+ * @type {[string, (content: HTMLElement) => void][]}
+ */
 const PANELS = [
   ["loops", loops],
   ["parameters", parameters],
@@ -51,7 +55,7 @@ const PANELS = [
 for (const [id, mount] of PANELS) {
   const content = byId(id).querySelector(".content");
   if (content instanceof HTMLElement) mount(content);
-  // The first page is painted, with its curve, before the panels that it does not show are made. A hidden page has no frames.
+  // Paint the first page with its curve before mounting panels that it does not show. A hidden page has no frames, hence the timer.
   if (id === PANELS[0][0])
     await new Promise((done) => {
       requestAnimationFrame(() => setTimeout(done));

@@ -1,13 +1,12 @@
 /**
- * What is looked at: the part of the run that is shown, and the moment in it, which is the cursor or now. Curves, timing diagram,
- * inputs and source show the same.
+ * The visible part of the run and the displayed moment, at the cursor or now. Curves, timing diagram, inputs and source share them.
  *
  * @typedef {import("./messages").Values} Values
  *
- * @typedef {object} Notes what is kept with a loop
+ * @typedef {object} Notes view settings kept with a loop
  * @property {string[]} chosen
  * @property {string[]} hidden
- * @property {number} window in seconds, 0 is all
+ * @property {number} window in seconds; 0 shows everything
  */
 
 import { ask } from "tool/engine.js";
@@ -15,16 +14,16 @@ import { programOf } from "tool/program.js";
 import { split, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** A part of the run that the user has chosen; without it the last part is shown and moves on. @type {[number, number] | undefined} */
+/** The part of the run chosen by the user; by default, the latest part is followed. @type {[number, number] | undefined} */
 let zoomed;
-/** That part, if it is a step just being made: after it, the run is followed again. @type {[number, number] | undefined} */
+/** The part shown during a step test: after the step, the run is followed again. @type {[number, number] | undefined} */
 let ofStep;
-/** Where the cursor is, in seconds, as the keys or the mouse have set it. @type {number | undefined} */
+/** The cursor position set by keys or mouse, in seconds. @type {number | undefined} */
 let cursor;
 /** All values at the cursor, with their call and run. @type {{ key: string, values: Values } | undefined} */
 let got;
 let isAsking = false;
-/** All values now, and the state that they are of. @type {{ state: typeof store.state, values: Values }} */
+/** All current values, and the state they belong to. @type {{ state: typeof store.state, values: Values }} */
 let present = { state: undefined, values: {} };
 
 store.on("loop", () => {
@@ -51,7 +50,7 @@ export function cursorTime() {
 /**
  * Moves the cursor.
  *
- * @param {number | undefined} time in seconds; none is now
+ * @param {number | undefined} time in seconds; `undefined` is now
  */
 export function lookAt(time) {
   if (time === cursor) return;
@@ -60,12 +59,12 @@ export function lookAt(time) {
   fetchValues();
 }
 
-/** All values at the cursor, or now. Those at the cursor take a moment; until then they are those of before. @returns {Values} */
+/** All values at the cursor, or now. After a cursor move, the old values are returned until the new ones arrive. @returns {Values} */
 export function momentValues() {
   return (cursor !== undefined && got?.values) || presentValues();
 }
 
-/** All values now: each line of a source asks for them, so they are put together once for a state. */
+/** All current values, collected once per state because every source line asks for them. */
 function presentValues() {
   const state = store.isLive() ? store.state : undefined;
   if (present.state !== state) {
@@ -76,7 +75,8 @@ function presentValues() {
 }
 
 /**
- * Whether a variable is a result of the shown program in a run whose members act in parallel: its row has it one call later.
+ * Whether a variable is a result of the current program in a run whose members exchange values in parallel: then its value is in
+ * the row of the next call.
  *
  * @param {string} name
  */
@@ -91,7 +91,7 @@ export function momentText() {
   return cursor === undefined ? "" : `at ${rounded(cursor, "REAL", 9)} s`;
 }
 
-/** Asks for the values at the cursor: one request at a time, for where it is then. */
+/** Fetches the values at the cursor, one request at a time, each for the latest position. */
 async function fetchValues() {
   const state = store.isLive() ? store.state : undefined;
   if (isAsking || !state || cursor === undefined || state.calls === 0) {
@@ -117,7 +117,7 @@ async function fetchValues() {
   store.emit("moment");
 }
 
-/** All values of a call. @param {number} call @returns {Promise<Values>} */
+/** All values in a call. @param {number} call @returns {Promise<Values>} */
 export async function valuesAt(call) {
   const { calls = 0, values: now = {}, after } = store.state ?? {};
   const names = Object.keys(now);
@@ -137,7 +137,7 @@ async function row(call, variables) {
   return Object.fromEntries(variables.map((name, at) => [name, typed(values[at][0], name)]));
 }
 
-/** When the first call was, in seconds. */
+/** The time of the first call, in seconds. */
 function start() {
   const { time, calls, step } = store.state ?? { time: 0, calls: 1, step: 1 };
   const first = time - Math.max(calls - 1, 0) * step;
@@ -150,14 +150,14 @@ export function callAt(time) {
   return Math.min(Math.max(Math.floor((time - start()) / step + 1e-6), 0), Math.max(calls - 1, 0));
 }
 
-/** When a call is, in seconds. @param {number} call */
+/** The time of a call, in seconds. @param {number} call */
 export function timeOf(call) {
-  // Without the rounding that accumulates in sums of a step such as 0.1.
+  // Remove the rounding error that accumulates in sums of a step such as 0.1.
   return Number((start() + call * (store.state?.step ?? 1)).toPrecision(12));
 }
 
 /**
- * The part of the run that is shown.
+ * The visible part of the run.
  *
  * @returns {[number, number]}
  */
@@ -167,7 +167,7 @@ export function range() {
   const length = notes()?.window ?? 0;
   const { origin, curves: ahead } = store.prediction ?? {};
   const predicted = origin ? origin.time + (ahead?.times.at(-1) ?? 0) : 0;
-  // A prediction reaches into the future, but does not push measured values out of sight.
+  // A prediction extends into the future, but must not push measured values out of sight.
   const end = Math.max(last, length === 0 ? predicted : Math.min(predicted, last + length / 2));
   const step = store.state?.step ?? 1;
   const whole = round(Math.max(end, 20 * step));
@@ -175,13 +175,13 @@ export function range() {
   return end <= length ? [0, Math.min(length, whole)] : [end - length, end];
 }
 
-/** Whether the user has chosen the part. */
+/** Whether the user has zoomed. */
 export function isZoomed() {
   return zoomed !== undefined;
 }
 
 /**
- * The present run is repeated: the visible part stays in sight.
+ * Repeats the current run and keeps the visible part.
  *
  * @param {"same_bits" | "same_test"} what
  */
@@ -192,13 +192,13 @@ export async function repeated(what) {
   store.emit("range");
 }
 
-/** The next round number of seconds: the axis stands still while the run fills it. @param {number} seconds */
+/** The next round number of seconds, so that the axis does not move while the run fills it. @param {number} seconds */
 function round(seconds) {
   const decade = 10 ** Math.floor(Math.log10(seconds));
   return decade * ([1, 1.5, 2, 3, 4, 6, 8].find((factor) => factor * decade >= seconds) ?? 10);
 }
 
-/** Shows the last part of the run, and follows it. @param {number} [length] in seconds, 0 is all; unchanged by default */
+/** Shows the latest part of the run and follows it. @param {number} [length] in seconds; 0 is all; unchanged by default */
 export function follow(length) {
   const kept = notes();
   if (kept && length !== undefined) kept.window = length;
@@ -219,7 +219,7 @@ export function zoom(from, to) {
 }
 
 /**
- * Shows a future step, until the user continues after it.
+ * Zooms to a step that is about to run, until the user continues after it.
  *
  * @param {number} from
  * @param {number} to
@@ -229,7 +229,7 @@ export function zoomToStep(from, to) {
   ofStep = zoomed;
 }
 
-/** The run continues after a step: it is followed again. */
+/** Follows the run again when it continues after a step. */
 export function leaveStep() {
   if (isZoomed() && zoomed === ofStep) follow();
 }
