@@ -1,7 +1,7 @@
 /**
- * A program as its author knows it: the source with marks where something is wrong, and, while it runs, with the present values
- * beside each line that names variables; networks are drawn. Values that have changed since the last picture are marked; a line that the last call has
- * run has a bar at its number.
+ * The program view: the source with errors marked and, during a run, the current values beside each line that names variables;
+ * networks are drawn. Values that changed since the last update are highlighted; a line executed in the last call has a bar at its
+ * number.
  *
  * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").Compiled} Compiled
@@ -16,7 +16,7 @@
  * @property {HTMLElement} values
  * @property {Block | undefined} block
  * @property {Named[]} names
- * @property {string} shown what its values are, as text
+ * @property {string} shown the displayed values, as text
  */
 
 import { blockTree } from "tool/block_tree.js";
@@ -37,55 +37,59 @@ import { whyPanel } from "tool/why.js";
 
 /** The type of a value that is not a number. */
 const TEXT = "STRING";
-/** The height of a line, as the style has it. */
+/** The height of a line in the style sheet, in pixels. */
 const HEIGHT = 20;
 /** The number of lines laid out together when they become visible. */
 const SECTION = 50;
-/** How often values are asked for, in milliseconds. */
+/** The minimum interval between requests for values, in milliseconds. */
 const PAUSE = 100;
 const MOST_PROBLEMS = 50;
-/** Of later calls the lines that ran are not known: the engine makes the run again up to a call. */
+/** The last call whose executed lines can be shown: the engine repeats the run up to the call. */
 const MOST_CALLS = 20_000;
 
 /** @type {HTMLElement} */
 let body;
 /** The shown program. @type {{ program: Program, compiled: Compiled } | undefined} */
 let showing;
-/** Which of the sources. */
+/** The index of the displayed source. */
 let file = 0;
-/** The instance that is watched, by the name of its block in capitals. @type {Map<string, string>} */
+/** The watched instances, by the block's name in capitals. @type {Map<string, string>} */
 const chosen = new Map();
-/** Of which sources the text is shown although they have networks, by their names. @type {Set<string>} */
+/** The names of sources displayed as text although they have networks. @type {Set<string>} */
 const asText = new Set();
 /** The block whose networks are drawn. @type {Block | undefined} */
 let drawnBlock;
-/** The block that was chosen last. @type {string | undefined} */
+/** The last block chosen. @type {string | undefined} */
 let looked;
 /** @type {Line[]} */
 let lines = [];
-/** Its lines as laid out. @type {{ box: HTMLElement, lines: Line[] }[]} */
+/** The lines by section, as laid out. @type {{ box: HTMLElement, lines: Line[] }[]} */
 let sections = [];
 /** @type {HTMLElement} */
 let sheet;
-/** Where the variable is used that was chosen in the source. @type {HTMLElement} */
+/** The list of uses of the variable chosen in the source. @type {HTMLElement} */
 let usage;
-/** That variable, its block, and the ways to where it is used. @type {(import("tool/usage.js").Variable & { block: Block, ways: [string, import("tool/usage.js").Way[]][] }) | undefined} */
+/**
+ * The chosen variable, its block, and the links to its uses.
+ *
+ * @type {(import("tool/usage.js").Variable & { block: Block, ways: [string, import("tool/usage.js").Way[]][] }) | undefined}
+ */
 let selected;
-/** Which moment the values are of, if it is not now. @type {HTMLElement} */
+/** Shows the moment of the values, if it is not now. @type {HTMLElement} */
 let badge;
 /** @type {Map<string, import("./messages").Variable>} */
 let variables = new Map();
-/** Why a variable has its value. @type {HTMLElement} */
+/** The panel that explains why a variable has its value. @type {HTMLElement} */
 let why;
-/** The activity of the program in the last call, or in the one at the cursor. @type {Monitored | undefined} */
+/** The program's activity in the last call, or in the call at the cursor. @type {Monitored | undefined} */
 let monitored;
-/** The corresponding cursor. @type {number | undefined} */
+/** The cursor position to which it belongs. @type {number | undefined} */
 let monitoredAt;
 /** @type {number | undefined} */
 let monitoredRun;
-/** The corresponding networks. */
+/** The networks to which it belongs. */
 let monitoredOf = "";
-/** Whether the values are being asked for. */
+/** Whether a request for values is pending. */
 let isAsking = false;
 /** @type {string} */
 let drawn = "";
@@ -108,7 +112,7 @@ export function mount(content) {
   show();
 }
 
-/** Shows the program of the loop, or the one that was refused last. */
+/** Shows the loop's program, or the last rejected program. */
 function show() {
   const bad = refused();
   const [was, before] = [showing, showing?.compiled];
@@ -117,7 +121,7 @@ function show() {
   monitored = selected = undefined;
   usage.hidden = true;
   const { compiled } = showing ?? {};
-  // A program that was saved and opened again is looked at where it was.
+  // A program that was saved and reopened stays at the same place.
   const isAgain = before !== undefined && before.block === compiled?.block;
   const kept = isAgain ? compiled.sources.findIndex((one) => one.file === before.sources[file]?.file) : -1;
   if (kept < 0) {
@@ -126,16 +130,16 @@ function show() {
   }
   document.body.classList.toggle("has-program", showing !== undefined);
   document.body.classList.toggle("has-refused", bad !== undefined);
-  // Only controllers are judged and replayed as such.
+  // Only a program with a controller has metrics, a diagram and a replay.
   const isController = compiled?.parts.some((part) => part.is_native) ?? true;
   document.body.classList.toggle("has-no-controller", !isController);
   const wrong = compiled?.sources.findIndex(({ file }) => file === firstProblem()?.file) ?? -1;
   file = wrong >= 0 ? wrong : kept >= 0 ? kept : (runBlock()?.file ?? 0);
-  // Without a loop there are no panels: it stands on the first page.
+  // Without a loop there are no panels, so the first page shows the program.
   const place = store.loop ? byId("program") : byId("refused");
   byId("refused").hidden = !bad || store.loop !== undefined;
   place.querySelector(".content")?.append(body);
-  // A new program is announced twice, as a loop and as a program: its lines are made once.
+  // A new program triggers two events, for the loop and for the program: create its lines only once.
   if (showing !== was) drawn = "";
   draw();
   const first = firstProblem();
@@ -143,18 +147,18 @@ function show() {
   due();
 }
 
-/** The block that is run. */
+/** The block that runs. */
 function runBlock() {
   const { compiled } = showing ?? {};
   return compiled?.blocks.find(({ name }) => same(name, compiled.block));
 }
 
-/** The first error of the shown program. */
+/** The first error in the displayed program. */
 function firstProblem() {
   return showing?.compiled.problems.find((one) => one.is_error && one.place);
 }
 
-/** The error that has ended the run, at its line. @returns {{ file: string, line: number, text: string } | undefined} */
+/** The error that ended the run, with its line. @returns {{ file: string, line: number, text: string } | undefined} */
 function stopped() {
   const failure = store.isLive() && !refused() ? store.state?.failure : undefined;
   if (!failure || !showing) return undefined;
@@ -178,7 +182,7 @@ function draw() {
     ...[showing.compiled.fmu, file, [...chosen], stop, store.loop?.id, refused() !== undefined],
     [[...asText], looked],
   ]);
-  // A refused program has no name.
+  // A rejected program has no name to compare.
   if (key === drawn && !refused()) return;
   drawn = key;
   const { compiled } = showing;
@@ -195,7 +199,7 @@ function draw() {
   const texts = source.text.split(/\r\n|\n|\r/);
   const looks = coloured(texts);
   const own = compiled.blocks.filter((one) => one.file === file);
-  /** What each line names. @type {Map<number, Named[]>} */
+  /** The variables named in each line. @type {Map<number, Named[]>} */
   const names = new Map();
   for (const named of own.flatMap((one) => one.names)) names.set(named.line, [...(names.get(named.line) ?? []), named]);
   lines = texts.map((text, at) => {
@@ -218,14 +222,14 @@ function draw() {
   );
   sheet.style.setProperty("--digits", String(String(lines.length).length));
   sheet.addEventListener("scroll", update);
-  // A value is asked why it is so, a name where it is used.
+  // A click on a value explains it; a click on a name lists its uses.
   sheet.addEventListener("click", ({ target }) => {
     const value = target instanceof Element ? target.closest("[data-name]") : null;
     if (value instanceof HTMLElement) store.emit("why", value.dataset.name);
     if (target instanceof HTMLElement && target.classList.contains(NAME)) choose(target);
   });
   sheet.addEventListener("keydown", keyOfName);
-  // Which block runs is a question, and no error.
+  // If several blocks could run, that is a question, not an error.
   fill(
     body,
     ...[head(), why, surveyTable(compiled), assumptionsForm(showing.program, compiled, again)],
@@ -237,7 +241,7 @@ function draw() {
   update();
 }
 
-/** The head above the source: source, instance, and other choices. */
+/** The head above the source, with the choice of source and instance, and further options. */
 function head() {
   badge = element("span.mode");
   const { compiled, program } = /** @type {NonNullable<typeof showing>} */ (showing);
@@ -250,7 +254,7 @@ function head() {
   const choices = compiled.candidates.map((name) =>
     element("button.primary", { onclick: () => again({ ...program, run: name }) }, `Run ${name}`),
   );
-  // Each with each other as its plant, which is a click then.
+  // Two candidates: offer each one with the other as its plant, in one click.
   const pairs = compiled.candidates.flatMap((machine) =>
     compiled.candidates.filter((plant) => plant !== machine).map((plant) => [machine, plant]),
   );
@@ -283,7 +287,7 @@ function head() {
   );
 }
 
-/** The block of the source that is shown which has networks: the one that was chosen or is run, else the first one. */
+/** A block with networks in the displayed source: the chosen one, else the one that runs, else the first. */
 function withNetworks() {
   const all = showing?.compiled.blocks.filter((one) => one.file === file && one.networks.length > 0) ?? [];
   return all.find(({ name }) => name === looked) ?? all.find((one) => one === runBlock()) ?? all[0];
@@ -302,12 +306,12 @@ function look(name, path) {
   due();
 }
 
-/** Whether a source has the texts of a document alone, which are shown with it. @param {{ file: string }} of */
+/** Whether a source contains only the texts of a document, which are shown with it. @param {{ file: string }} of */
 function isText({ file: name }) {
   return /\.s7res$/i.test(name);
 }
 
-/** Shows the text instead of the networks. @param {string} name */
+/** A button that switches between text and networks. @param {string} name */
 function textButton(name) {
   const isShown = asText.has(name);
   const change = () => {
@@ -325,7 +329,7 @@ function again(program) {
 }
 
 /**
- * The choice of the instance that is watched, of each block that has several in the source that is shown.
+ * Lists to choose the watched instance, for each block in the displayed source that has several.
  *
  * @param {Compiled} compiled
  */
@@ -351,7 +355,7 @@ function same(one, other) {
 }
 
 /**
- * The path of the instance of a watched block; empty for a function.
+ * The path of a block's watched instance; `undefined` for a function.
  *
  * @param {Block} block
  */
@@ -362,7 +366,7 @@ function instanceOf(block) {
 }
 
 /**
- * The list of problems: a click goes to the line.
+ * The list of problems, each with a link to its line.
  *
  * @param {Finding[]} all
  */
@@ -395,7 +399,7 @@ function goTo({ file: name, place }) {
     draw();
   }
   const network = drawnBlock?.networks.findLast(({ line }) => line <= place[0]);
-  // Declarations stand in the text alone.
+  // Declarations are only in the text.
   if (drawnBlock && !network) {
     asText.add(showing.compiled.sources[file].file);
     draw();
@@ -410,20 +414,25 @@ function goTo({ file: name, place }) {
   for (const other of lines) other.row.classList.toggle("is-target", other.row === row);
 }
 
-/** The way to the declaration of a variable, if a source has it. @param {Block | undefined} block @param {import("tool/usage.js").Variable} of */
+/**
+ * A link to the declaration of a variable, if a source contains it.
+ *
+ * @param {Block | undefined} block
+ * @param {import("tool/usage.js").Variable} of
+ */
 function wayTo(block, of) {
   const spot = showing && block && declarationOf(showing.compiled, block, of);
   return spot && way(spot, "declares");
 }
 
-/** The way to a line. @param {import("tool/usage.js").Spot} spot @param {string} word */
+/** A link to a line. @param {import("tool/usage.js").Spot} spot @param {string} word */
 function way({ file: at, line }, word) {
   const name = showing?.compiled.sources[at]?.file ?? "";
   const label = at === file ? `line ${line}` : `${name}, line ${line}`;
   return { label, title: `${label} ${word} it`, go: () => goTo({ file: name, place: [line, 1] }) };
 }
 
-/** Chooses the variable that a name in the source means. @param {HTMLElement} target */
+/** Chooses the variable to which a name in the source refers. @param {HTMLElement} target */
 function choose(target) {
   const row = target.closest("[data-line]");
   const at = row instanceof HTMLElement ? Number(row.dataset.line) : 0;
@@ -433,7 +442,7 @@ function choose(target) {
   const parts = (/** @type {string} */ path) => path.split(/[.[\],]+/).map((part) => part.toUpperCase());
   const wanted = name.toUpperCase();
   const named = lines[at - 1].names.filter(({ path }) => parts(path).includes(wanted));
-  // The variable itself, else the whole of which it is a part, else a part of it.
+  // The variable itself, else a variable whose path begins with the name, else one whose path ends with it.
   const rank = (/** @type {Named} */ { path }) =>
     path.toUpperCase() === wanted ? 0 : parts(path)[0] === wanted ? 1 : parts(path).at(-1) === wanted ? 2 : 3;
   const best = named.toSorted((one, other) => rank(one) - rank(other))[0];
@@ -446,7 +455,13 @@ function choose(target) {
   showSelected();
 }
 
-/** The ways to where a variable is used. @param {Block} block @param {import("tool/usage.js").Variable} of @returns {[string, import("tool/usage.js").Way[]][]} */
+/**
+ * Links to the declaration and the uses of a variable.
+ *
+ * @param {Block} block
+ * @param {import("tool/usage.js").Variable} of
+ * @returns {[string, import("tool/usage.js").Way[]][]}
+ */
 function waysTo(block, of) {
   if (!showing) return [];
   const declared = wayTo(block, of);
@@ -458,7 +473,7 @@ function waysTo(block, of) {
   ];
 }
 
-/** The present value of the variable that was chosen: the ways do not change while the program runs. */
+/** Shows the current value and the uses of the chosen variable. The uses do not change during a run. */
 function showSelected() {
   usage.hidden = selected === undefined;
   if (!selected) return;
@@ -466,7 +481,7 @@ function showSelected() {
   showUsage(usage, path, store.isLive() ? valueNow(block, path, isGlobal) : undefined, ways);
 }
 
-/** Enter goes to the first name that is in sight, arrows from name to name. @param {KeyboardEvent} event */
+/** Enter moves to the first visible name, arrow keys move from name to name. @param {KeyboardEvent} event */
 function keyOfName(event) {
   const { key, target } = event;
   if (!(target instanceof HTMLElement) || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -486,7 +501,7 @@ function keyOfName(event) {
 }
 
 /**
- * A line of the source.
+ * A source line.
  *
  * @param {string} text
  * @param {number} at
@@ -515,7 +530,7 @@ function line(text, at, look, block, names) {
 }
 
 /**
- * A text with its errors underlined.
+ * The text of a line with its errors underlined.
  *
  * @param {string} text
  * @param {Finding[]} found
@@ -537,7 +552,7 @@ function marked(text, found) {
 }
 
 /**
- * The notes below a line: errors with remedies, and why the program has stopped there.
+ * The notes below a line: errors with remedies, and the reason if the program stopped there.
  *
  * @param {string} name
  * @param {number} at
@@ -562,7 +577,7 @@ function notesOf(name, at) {
   return told;
 }
 
-/** Brings the values up to date soon, if they can be seen. */
+/** Updates the values soon if they are visible. */
 async function due() {
   if (isAsking || !showing || refused() || document.body.dataset.tab !== "program") return;
   isAsking = true;
@@ -596,11 +611,11 @@ async function due() {
   });
 }
 
-/** Whether lines of this program that run have been brought into sight. */
+/** Whether the executed lines of this program have been scrolled into view. */
 let isBrought = false;
-/** The line on top when the source was opened at its code. @type {number | undefined} */
+/** The topmost line after the source was opened at its code. @type {number | undefined} */
 let openedAt;
-/** The state that the values were shown of, and the one at which they were asked for. @type {unknown} */
+/** The state whose values are displayed. @type {unknown} */
 let shownState;
 /** @type {unknown} */
 let askedState;
@@ -611,12 +626,12 @@ function isBehind() {
   return askedState !== (store.isLive() ? store.state : undefined) || askedTime !== cursorTime();
 }
 
-/** The activity of the program in the displayed call, as far as known yet. */
+/** The program's activity in the displayed call, if it is known yet. */
 function monitoredNow() {
   return monitoredAt === cursorTime() ? monitored : undefined;
 }
 
-/** Shows the values of the lines that can be seen. */
+/** Shows the values of the visible lines. */
 function update() {
   if (!showing || refused() || !badge) return;
   const state = store.isLive() ? store.state : undefined;
@@ -643,7 +658,7 @@ function update() {
   }
 }
 
-/** The lines that can be seen. All are found before any is changed: then the page is laid out once. @param {number} margin */
+/** The visible lines, all found before any is changed, so that the layout runs only once. @param {number} margin */
 function inSight(margin) {
   const { top, bottom } = sheet.getBoundingClientRect();
   const isIn = (/** @type {HTMLElement} */ of) => {
@@ -653,7 +668,7 @@ function inSight(margin) {
   return sections.filter(({ box }) => isIn(box)).flatMap(({ lines }) => lines.filter(({ row }) => isIn(row)));
 }
 
-/** A source begins with types and declarations: at first the block that is run is in sight, unless something is wrong. */
+/** Opens the source at the block that runs, below types and declarations, unless there are errors. */
 function openAtCode() {
   if (openedAt !== undefined || sheet.clientHeight === 0 || firstProblem()) return;
   const block = runBlock();
@@ -661,19 +676,19 @@ function openAtCode() {
   openedAt = topLine();
 }
 
-/** Brings a line to the top. @param {Line | undefined} of */
+/** Scrolls a line to the top. @param {Line | undefined} of */
 function toTop(of) {
   if (of) sheet.scrollTop += of.row.getBoundingClientRect().top - sheet.getBoundingClientRect().top;
 }
 
-/** The place of the line on top: how far the source is scrolled changes when lines above it are laid out. */
+/** The index of the topmost line. The scroll position would not do: it changes when lines above are laid out. */
 function topLine() {
   return lines.indexOf(inSight(-2)[0]);
 }
 
 /**
- * A source begins with declarations, which may fill what one sees of it: the first lines that run come into sight by themselves,
- * unless the user has scrolled.
+ * Scrolls the first executed line into view, unless the user has scrolled: declarations at the beginning of a source may fill the
+ * visible part.
  *
  * @param {Set<number>} run
  */
@@ -681,7 +696,7 @@ function bringRunLines(run) {
   if (isBrought || run.size === 0) return;
   isBrought = true;
   const block = runBlock();
-  // A function above the block is also executed, but is not of interest.
+  // Ignore lines of a function above the block, although they are executed, too.
   const begin = block?.file === file ? block.line : 1;
   const first = lines[Math.min(...[...run].filter((at) => at >= begin)) - 1];
   if (!first || topLine() !== openedAt) return;
@@ -691,7 +706,7 @@ function bringRunLines(run) {
 /**
  * @param {Line} one
  * @param {import("./messages").State | undefined} state
- * @param {boolean} isNext whether there was a call since the last picture
+ * @param {boolean} isNext whether there has been a call since the last update
  */
 function showValues(one, state, isNext) {
   const found = state ? one.names.flatMap((named) => value(one, named) ?? []) : [];
@@ -717,7 +732,7 @@ function showValues(one, state, isNext) {
           title: `${path} = ${text}${held ? ", forced" : ""}`,
           "data-name": name || null,
         },
-        // Beside a NOT, a value without its name reads as that of the condition.
+        // Beside a NOT, a value without its name would read as the value of the condition.
         element("span.faint", `${lastName(path)} `),
         text,
       );
@@ -731,7 +746,7 @@ function lastName(path) {
 }
 
 /**
- * The present value of a variable that a line names: its path, the value as text, its type, its name, a mark if it is forced.
+ * The current value of a variable named in a line: its path, the value as text, its type, its name, a mark if it is forced.
  *
  * @param {Line} one
  * @param {Named} named
@@ -743,7 +758,7 @@ function value({ block }, named) {
 }
 
 /**
- * The present value of a variable: its type, the value as text, its name if the run has it, and whether it is forced.
+ * The current value of a variable: its type, the value as text, its name if the run has it, and whether it is forced.
  *
  * @param {Block | undefined} block
  * @param {string} path
@@ -758,7 +773,7 @@ function valueNow(block, path, isGlobal) {
 }
 
 /**
- * A variable by its path, in an instance or of all blocks: its type and value, and its name if the run has it.
+ * Finds a variable by its path, in an instance or globally: its type, its value, and its name if the run has it.
  *
  * @param {Block | undefined} block
  * @param {string} path
@@ -769,7 +784,7 @@ function find(block, path, isGlobal) {
   const loop = store.loop;
   const { compiled } = showing ?? {};
   if (!block || !loop || !compiled || !store.state) return undefined;
-  // An index that is a variable has the value of that variable.
+  // Replace a variable used as an index by its value.
   let isKnown = true;
   const plain = path.replace(/\[([^\]]*)\]/g, (_, indices) => {
     const known = indices.split(",").map((/** @type {string} */ index) => {
@@ -782,7 +797,7 @@ function find(block, path, isGlobal) {
   });
   if (!isKnown) return undefined;
   const prefix = instanceOf(block);
-  // A function's operands are gone by the end of its call; a variable of the program may have the same name.
+  // A function's operands no longer exist after its call, and a program variable may have the same name.
   if (prefix === undefined && !isGlobal) return undefined;
   const own = prefix ? `${prefix}.${plain}` : plain;
   const candidates = isGlobal ? [plain] : [own];
@@ -795,7 +810,7 @@ function find(block, path, isGlobal) {
     const text = texts.find(([name]) => same(name, candidate));
     if (text) return [TEXT, /** @type {any} */ (text[1])];
   }
-  // The temporaries of the program itself; those of blocks inside it are gone.
+  // Temporaries of the main block only: those of inner blocks no longer exist.
   const temp = prefix === "" ? block.temps.find(([name]) => same(name, plain)) : undefined;
   const temps = monitoredNow()?.temps ?? {};
   const name = temp && Object.keys(temps).find((one) => same(one, plain));

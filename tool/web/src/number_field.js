@@ -1,5 +1,5 @@
 /**
- * A field for a number that acts at once.
+ * A number field whose value takes effect immediately.
  *
  * @typedef {import("./messages").Value} Value
  */
@@ -9,7 +9,7 @@ import { unitText } from "tool/signals.js";
 import { number, read, shown } from "tool/values.js";
 
 /**
- * A field for a number that is set at once.
+ * Creates a number field; Enter sets the value immediately.
  *
  * @param {string} label
  * @param {string} id

@@ -1,11 +1,11 @@
 /**
- * The shape of a signal: a line through its values, or where only the lowest and the highest value of groups of calls are known, a
- * band between them. It is the path data of SVG, which a canvas draws, too.
+ * The shape of a signal as SVG path data, which a canvas can draw, too: a line through its values, or a band if only the lowest and
+ * the highest value of each group of calls are known.
  *
  * @typedef {object} How
- * @property {boolean} isExact whether each row is a call; each two rows are a group of calls otherwise
+ * @property {boolean} isExact whether each row is a call; otherwise, each pair of rows is a group of calls
  * @property {boolean} isStepped whether a value holds until the next
- * @property {number} [base] where the area below the line ends, for Booleans
+ * @property {number} [base] lower edge of the filled area, for Booleans
  *
  * @typedef {(value: number) => number} Place
  */

@@ -1,6 +1,6 @@
 /**
- * What is drawn behind the curves of a run: other runs in their colours, a predicted curve and what edited values would do dashed. And how numbers are copied from
- * beside them.
+ * The curves behind those of a run: earlier runs in their own colours, and dashed curves of the prediction and of the trial of edited
+ * values. Also copies values beside the curves with all digits.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  * @typedef {import("./messages").Curves} View
@@ -14,9 +14,9 @@
  * @property {number[]} dash
  * @property {import("tool/outline.js").How} how
  *
- * @typedef {object} Origin where a predicted step begins: the loop before it
+ * @typedef {object} Origin state of the loop before a predicted step
  * @property {number} time of the call with the new setpoint
- * @property {number} processValue NaN to draw it where it was computed
+ * @property {number} processValue NaN to draw the prediction at its computed level
  * @property {number} manipulatedValue
  */
 
@@ -25,15 +25,14 @@ import { outline } from "tool/outline.js";
 import { roles } from "tool/signals.js";
 import { store } from "tool/store.js";
 
-/** Which curves of earlier runs are drawn, in the order of their values. @param {Work} loop */
+/** The curves drawn for earlier runs, in the order of their values. @param {Work} loop */
 export function drawnOfEarlier(loop) {
   const { processValue, manipulatedValue } = roles(loop);
   return [processValue, manipulatedValue].filter((name) => name !== undefined);
 }
 
 /**
- * Values without those of the row at the start where all members act at once: it has what they put out before their first call, no
- * state of the loop.
+ * Hides the values at time 0 in a run with parallel exchange: they are outputs from before the first call, not a state of the loop.
  *
  * @param {number[]} times
  * @param {(number | null)[]} values
@@ -50,7 +49,7 @@ export function ofCalls(times, values) {
  * @param {Curve[]} visible
  * @param {{ view: View, colour: number }[]} earlier
  * @param {ReturnType<typeof theme>} [colours]
- * @param {boolean} [isRunOnly] only what ran, nothing that is tried or predicted
+ * @param {boolean} [isRunOnly] only actual runs, no trial or prediction
  * @returns {Overlay[]}
  */
 export function overlays(loop, visible, earlier, { curves: palette, runs } = theme(), isRunOnly = false) {
@@ -66,7 +65,7 @@ export function overlays(loop, visible, earlier, { curves: palette, runs } = the
       const how = { isExact: view.is_exact, isStepped: curve.isStepped };
       const ink = runs[colour % runs.length];
       const of = { times: view.times, values: ofCalls(view.times, view.values[at] ?? []), dash: [], how };
-      // The manipulated value of a run is a lighter line of its colour.
+      // The manipulated value of a run is drawn in a lighter shade of the run's colour.
       made.push({ scale: curve.scale, colour: at === 0 ? ink : `${ink}99`, ...of });
     });
   }
@@ -83,7 +82,7 @@ export function overlays(loop, visible, earlier, { curves: palette, runs } = the
   }
   if (!store.prediction) return made;
   const { origin, curves: prediction } = store.prediction;
-  // The setpoint steps when that of the run does; of the rest before it, one call is drawn.
+  // Align the predicted step with the step of the run; before it, draw only one call.
   const step = Math.max(
     prediction.setpoint.findIndex((value) => value !== prediction.setpoint[0]),
     0,
@@ -110,11 +109,11 @@ export function overlays(loop, visible, earlier, { curves: palette, runs } = the
 }
 
 /**
- * Their range on an axis, as far as visible.
+ * The range of the visible part of overlays on an axis.
  *
  * @param {Overlay[]} of
  * @param {string} scale
- * @param {[number, number]} range of the time
+ * @param {[number, number]} range time range
  * @returns {[number, number]}
  */
 export function extent(of, scale, [from, to]) {
@@ -131,7 +130,7 @@ export function extent(of, scale, [from, to]) {
 }
 
 /**
- * Draws them.
+ * Draws overlays.
  *
  * @param {uPlot} self
  * @param {Overlay[]} of
@@ -164,7 +163,7 @@ export function drawOverlays(self, of) {
 }
 
 /**
- * A number that is copied has all its digits, those of `data-full`.
+ * Copies numbers with all their digits, from `data-full`.
  *
  * @param {ClipboardEvent} event
  */

@@ -1,12 +1,12 @@
 /**
- * The panels around the curves: tabs below them, or beside them on a wide screen, and drawers that open over them. Which tab is
- * shown and how high the tabs are is remembered.
+ * The panels around the curves: tabs below them, or beside them on a wide screen, and drawers that open over them. The current tab and
+ * the height of the tabs are remembered.
  */
 
 import { attribute, byId, element } from "tool/dom.js";
 import { store } from "tool/store.js";
 
-/** The tabs: the id of the panel and its title. The parameters are a tab on a narrow screen only. @type {[string, string][]} */
+/** The tabs: panel id and title. The parameters are a tab only on a narrow screen. @type {[string, string][]} */
 const TABS = [
   ["side", "Parameters"],
   ["program", "Program"],
@@ -19,7 +19,7 @@ const TABS = [
   ["done", "Log"],
 ];
 const [FIRST, FIRST_NARROW] = ["plant", "side"];
-/** Drawers by the id of the panel, with the id of the button that opens each. @type {Record<string, string>} */
+/** The drawers: panel id, and id of the button that opens it. @type {Record<string, string>} */
 const DRAWERS = { opening: "open-button", compare: "compare-button", takeaway: "away-button", help: "help-button" };
 const [TAB, HEIGHT] = ["plcfmu-tab", "plcfmu-panels"];
 const STEP = 24;
@@ -54,7 +54,7 @@ export function mount() {
   narrow.addEventListener("change", () => showTab(shown));
   store.on("show", (id) => {
     if (id in DRAWERS) return toggleDrawer(id, true);
-    // The parameters are no tab of a wide screen: they are there.
+    // On a wide screen the parameters are always visible and not a tab.
     const isTab = TABS.some(([panel]) => panel === id) && (id !== "side" || narrow.matches);
     if (isTab) showTab(id);
   });
@@ -64,7 +64,7 @@ export function mount() {
 /**
  * Shows a tab.
  *
- * @param {string} id of its panel
+ * @param {string} id panel id
  */
 function showTab(id) {
   shown = id;
@@ -84,7 +84,7 @@ function showTab(id) {
  * Opens or closes a drawer; at most one is open.
  *
  * @param {string} id
- * @param {boolean} [isOpen] the other way without it
+ * @param {boolean} [isOpen] toggles by default
  */
 export function toggleDrawer(id, isOpen = Boolean(byId(id).hidden)) {
   for (const other of Object.keys(DRAWERS)) {
@@ -102,14 +102,14 @@ export function toggleDrawer(id, isOpen = Boolean(byId(id).hidden)) {
   } else byId(DRAWERS[id]).focus();
 }
 
-/** Closes the drawer that is open. @returns {boolean} whether there was one */
+/** Closes the open drawer. @returns {boolean} whether one was open */
 export function closeDrawer() {
   const open = Object.keys(DRAWERS).find((id) => !byId(id).hidden && (id !== "opening" || store.loop));
   if (open) toggleDrawer(open, false);
   return open !== undefined;
 }
 
-/** The edge between the curves and the tabs is dragged, or moved by the arrow keys. */
+/** Makes the edge between the curves and the tabs movable with the pointer or the arrow keys. */
 function mountSplit() {
   const split = byId("split");
   const panels = byId("panels");
@@ -165,6 +165,6 @@ function keep(key, value) {
   try {
     localStorage.setItem(key, value);
   } catch {
-    // No storage: it lasts as long as the page.
+    // No storage: the value is lost on a reload.
   }
 }

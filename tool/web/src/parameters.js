@@ -1,8 +1,8 @@
 /**
- * The settings of the shown loop in the groups of the vendor's dialog.
+ * The settings of the current loop in the groups of the vendor's dialog.
  *
- * A field is edited until it is sent: Enter sends all that is edited, Esc takes the field back. A text that is no value stays in the field with a
- * sentence, and the value in force stays. Settings without effect are folded away at the end of their group.
+ * Edits take effect when they are applied: Enter applies all edits, Esc discards the edit of the field. Invalid text stays in the
+ * field with a message, and the value in force is kept. Settings without effect are folded away at the end of their group.
  *
  * @typedef {import("./store.js").Work} Work
  * @typedef {import("./store.js").Setting} Setting
@@ -27,18 +27,18 @@ import { isBoolean, isTime, number, plcTime, read, rounded, shown } from "tool/v
  * @property {HTMLElement} tag
  * @property {HTMLElement} grey
  * @property {HTMLElement} remark
- * @property {HTMLElement} group the rows of its group that have an effect
- * @property {HTMLElement} folded the rows of its group that have none
+ * @property {HTMLElement} group container for rows of its group that have an effect
+ * @property {HTMLElement} folded container for rows of its group that have none
  */
 
 /** @type {Map<string, Row>} */
 let rows = new Map();
-/** The groups of the shown loop. @type {{ box: HTMLElement, used: HTMLElement, fold: HTMLDetailsElement, folded: HTMLElement, summary: HTMLElement, names: string[] }[]} */
+/** The groups of the current loop. @type {{ box: HTMLElement, used: HTMLElement, fold: HTMLDetailsElement, folded: HTMLElement, summary: HTMLElement, names: string[] }[]} */
 let groups = [];
-/** The groups that the user has unfolded, by block. @type {Set<string>} */
+/** The groups unfolded by the user, by block. @type {Set<string>} */
 const unfolded = new Set();
 
-/** The actions of a structure P, I, D by their switches. @type {[string, string][]} */
+/** The controller structures with the positions of their P, I and D switches. @type {[string, string][]} */
 const STRUCTURES = [
   ["P", "100"],
   ["PI", "110"],
@@ -101,10 +101,10 @@ export function mount(content) {
 }
 
 /**
- * Goes to a field, out of its fold if need be.
+ * Goes to a field, opening its fold if necessary.
  *
  * @param {string} name
- * @returns {boolean} whether there is such a field
+ * @returns {boolean} whether the field exists
  */
 export function goTo(name) {
   const row = rows.get(name);
@@ -150,7 +150,7 @@ function build(list) {
     const box = element(
       "section.group",
       { "aria-labelledby": id },
-      // Those of a program that are set by hand stand above: these are what the plant gives.
+      // In a program, inputs set by the user are listed above; these are connected to the plant.
       element("h3", { id }, programOf(loop) && group.title === "Inputs" ? "Connected inputs" : group.title),
       used,
       fold,
@@ -165,22 +165,22 @@ function build(list) {
   showStructure();
 }
 
-/** A group whose inputs all act at once has nothing to be edited. */
+/** Hides groups whose inputs all take effect immediately: they have nothing to edit. */
 function showGroups() {
   for (const { box, names } of groups) box.hidden = names.every((name) => actingNames.has(name));
 }
 
-/** The inputs that act at once, and so have no field to be edited in. @type {Set<string>} */
+/** The inputs that take effect immediately and therefore have no field here. @type {Set<string>} */
 let actingNames = new Set();
 
-/** Finds them: connections make them others. */
+/** Updates these inputs, which depend on the connections. */
 function findActing() {
   actingNames = new Set(store.loop ? actingInputs(store.loop).map(({ name }) => name) : []);
 }
 
 /**
- * The groups in order of use: the setpoint, then tuning settings, which stay visible even below a list of loops, then
- * the rest.
+ * The groups in order of use: the setpoint, then the tuning settings, so that they are visible even below a list of loops, then the
+ * rest.
  *
  * @param {import("./messages").Description} description
  */
@@ -194,7 +194,7 @@ function inOrder({ groups, roles }) {
   return groups.toSorted((one, other) => rank(one) - rank(other));
 }
 
-/** Moves each row to its place: among those with an effect, or into the fold. */
+/** Moves each row to its place: among the settings with an effect, or into the fold. */
 function place() {
   const loop = store.loop;
   if (!loop) return;
@@ -204,7 +204,7 @@ function place() {
     for (const name of names) {
       const row = rows.get(name);
       if (!row) continue;
-      // The field with the focus stays where it is, and so does an edited one.
+      // The focused field and edited fields stay where they are.
       const isHere = row.row.parentElement !== null;
       const stays = isHere && (row.row.contains(document.activeElement) || isEdited(loop.settings[name]));
       const target = stays ? row.row.parentElement : unused.has(name) ? folded : used;
@@ -258,7 +258,7 @@ function makeRow(loop, name, group, folded) {
   input.addEventListener("focus", () => {
     isGoingOn = false;
   });
-  // A click into the field is for another value; the next one places the cursor.
+  // The first click into the field selects the value; the next one places the cursor.
   let wasFocused = false;
   input.addEventListener("pointerdown", () => {
     wasFocused = document.activeElement === input;
@@ -273,7 +273,7 @@ function makeRow(loop, name, group, folded) {
     else store.edit({ [name]: typed.value }, isGoingOn);
     isGoingOn = true;
   });
-  // A good value is written as the block holds it when the field is left.
+  // When the field loses focus, a valid value is shown as the block holds it.
   input.addEventListener("blur", () => {
     showField(name);
     place();
@@ -311,13 +311,13 @@ function makeRow(loop, name, group, folded) {
   return { row, input, tag, grey, remark, group, folded };
 }
 
-/** Whether no part of a name fits beside its field. @param {string} name */
+/** Whether some part of a name is too long to fit beside its field. @param {string} name */
 function isLong(name) {
   return name.split(".").some((part) => part.length > 11);
 }
 
 /**
- * A name that may break after a point: an inner block's settings have long names.
+ * A name that can wrap after a point: settings of inner blocks have long names.
  *
  * @param {string} name
  */
@@ -334,7 +334,7 @@ async function keys(event, name, input) {
   const row = rows.get(name);
   if (event.key === "Enter") {
     event.preventDefault();
-    // Text typed into other fields is applied, too: the run uses the visible values.
+    // Edits in other fields are applied as well, so that the run uses the visible values.
     await store.send();
     const setting = store.loop?.settings[name];
     if (setting && !isEdited(setting)) showField(name, true);
@@ -355,7 +355,7 @@ async function keys(event, name, input) {
  * Shows a setting in its field.
  *
  * @param {string} name
- * @param {boolean} [isForced] whether the text is written anew although the user is in the field
+ * @param {boolean} [isForced] whether to rewrite the text even while the user is in the field
  */
 function showField(name, isForced = false) {
   const loop = store.loop;
@@ -368,9 +368,9 @@ function showField(name, isForced = false) {
   const value = wire ? (runValue(loop, name) ?? setting.value) : setting.value;
   if (isBoolean(kind)) row.input.checked = Boolean(value);
   else if (isForced || document.activeElement !== row.input || setting.wrong === undefined) {
-    // A value set by the plant cannot be edited: it has as many digits as fit.
+    // A value set by the plant cannot be edited, so it is rounded to fit.
     const written = setting.wrong ?? (wire ? rounded(value, kind) : shown(value, kind));
-    // Text being typed is left unchanged.
+    // Leave text unchanged while it is being typed.
     const typed = read(row.input.value, setting.variable);
     const isSame = "value" in typed && shown(typed.value, kind) === written;
     const isTyping = document.activeElement === row.input && isSame && !isForced;
@@ -397,7 +397,7 @@ function showField(name, isForced = false) {
 }
 
 /**
- * The field under which a remark stands: that of the first variable it names that has one.
+ * The field that shows a remark: the field of the first variable named in it that has one.
  *
  * @param {import("./messages").Remark} remark
  */
@@ -407,7 +407,7 @@ function fieldOf(remark) {
 }
 
 /**
- * The grey text under a field: the value in force if it differs, its time as the PLC shows it, its range.
+ * The grey text under a field: the value in force if it differs, a time in PLC notation, the range.
  *
  * @param {Work} loop
  * @param {Setting} setting
@@ -431,7 +431,7 @@ function greyOf(loop, setting, value, wire) {
 }
 
 /**
- * Whether a setting is one of the three switches that the choice of the structure stands for.
+ * Whether a setting is one of the three switches that the list of structures replaces.
  *
  * @param {Work} loop
  * @param {string} name
@@ -505,7 +505,7 @@ function makeStructure(loop) {
   return row;
 }
 
-/** Shows the structure that the three switches make. */
+/** Shows the structure selected by the three switches. */
 function showStructure() {
   const loop = store.loop;
   const select = document.getElementById("structure");

@@ -1,5 +1,5 @@
 /**
- * The shown curves as a picture to export: SVG with title, date and legend, and PNG drawn from it.
+ * The visible curves as a picture for export: an SVG with title, date and legend, and a PNG rendered from it.
  */
 
 import { clock, FONT, paperTheme, ticks, timeUnit } from "tool/charts.js";
@@ -7,13 +7,13 @@ import { bringUpToDate, shownPicture } from "tool/curves.js";
 import { outline } from "tool/outline.js";
 import { store } from "tool/store.js";
 
-/** A report is narrow: smaller pictures are scaled down less there, and their text stays legible. */
+/** A report is narrow, so its pictures are smaller: they are scaled down less, and their text stays legible. */
 const SIZES = { alone: [1200, 640], report: [800, 560] };
 const MARGINS = { left: 76, right: 76, top: 146, bottom: 48 };
-/** How many pixels of the PNG are one of the picture. */
+/** The number of PNG pixels per pixel of the picture. */
 const SCALE = 2;
 const LANE = 0.68;
-/** Rows of words at the marks, with their distance, and the width of a letter and of what is counted. */
+/** The rows of labels at the marks, their spacing, the width of a letter, and room for the count of omitted labels. */
 const [ROWS, LINE, LETTER, MORE] = [3, 15, 7.2, 26];
 
 /** @param {unknown} text */
@@ -24,8 +24,8 @@ function escaped(text) {
 /**
  * The picture as SVG, in the colours of a light page.
  *
- * @param {{ isReport?: boolean, date?: Date }} [how] that of a report has only what ran
- * @returns {Promise<string | undefined>} nothing if there is no run
+ * @param {{ isReport?: boolean, date?: Date }} [how] a picture for a report contains only actual runs
+ * @returns {Promise<string | undefined>} `undefined` if there is no run
  */
 export async function svgPicture({ isReport = false, date = new Date() } = {}) {
   await bringUpToDate();
@@ -145,7 +145,7 @@ export async function svgPicture({ isReport = false, date = new Date() } = {}) {
 }
 
 /**
- * Marks with their words in rows without overlap. Marks without space are counted at the words before them.
+ * Places the labels of marks in rows without overlap. Labels without room are counted at the label before them.
  *
  * @param {{ time: number, text: string }[]} marks ascending
  * @param {(time: number) => number} x
@@ -169,11 +169,11 @@ function placed(marks, x, width) {
 }
 
 /**
- * How long a Boolean keeps each value.
+ * The stretches in which a Boolean keeps its value.
  *
  * @param {number[]} times
  * @param {(number | null)[]} values
- * @returns {[number, number, number][]} the value, from when and to when
+ * @returns {[number, number, number][]} value, start time and end time
  */
 function stretches(times, values) {
   /** @type {[number, number, number][]} */
@@ -192,7 +192,7 @@ function plantOf(loop) {
   return [loop.file && `from ${loop.file}`, members && `plant: ${members}`].filter(Boolean).join(", ");
 }
 
-/** The picture as PNG. @returns {Promise<Blob | undefined>} nothing if there is no run */
+/** The picture as PNG. @returns {Promise<Blob | undefined>} `undefined` if there is no run */
 export async function pngPicture() {
   const svg = await svgPicture();
   if (!svg) return undefined;

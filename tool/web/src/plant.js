@@ -1,5 +1,5 @@
 /**
- * The plant of a loop: which one, its settings, how it is connected, and the measuring chain between it and the controller.
+ * The plant of a loop: its choice, its settings, its connections, and the measuring chain between plant and controller.
  *
  * @typedef {import("./messages").Description} Description
  * @typedef {import("./messages").Member} Member
@@ -17,7 +17,7 @@ import { called, isSwitch, unitText } from "tool/signals.js";
 import { isSettable, split, store, valuesOf } from "tool/store.js";
 import { plcTime, read, shown } from "tool/values.js";
 
-/** The plant that is offered first, and its three numbers in the words of a control engineer. */
+/** The plant offered first, and the usual names of its three parameters. */
 const GENERIC = "PROCESS";
 const THREE_NUMBERS = /** @type {[string, string][]} */ ([
   ["GAIN", "Gain"],
@@ -26,7 +26,7 @@ const THREE_NUMBERS = /** @type {[string, string][]} */ ([
 ]);
 const DEAD_TIME = "DEAD_TM";
 const ROOM = "DEAD_MAX";
-/** The measuring chain, and the two numbers that switch it on. */
+/** The measuring chain, and the two parameters that activate it. */
 export const CHAIN = { fmu: "SENSOR", from: "U", to: "Y", noise: "NOISE", steps: "STEPS" };
 const PLANT = "PLANT";
 const SENSOR = "SENSOR";
@@ -37,13 +37,13 @@ const EXCHANGES = {
 
 /** @type {HTMLElement} */
 let body;
-/** The proposed and the possible connections, by loop. @type {Map<number, Proposal>} */
+/** The proposed and possible connections, by loop. @type {Map<number, Proposal>} */
 const proposals = new Map();
-/** The generic plant's numbers as they were typed last. @type {Record<string, string>} */
+/** The last text typed for each parameter of the generic plant. @type {Record<string, string>} */
 const typed = {};
-/** Outdated drawings are not finished. */
+/** The number of the latest drawing: older ones are abandoned. */
 let drawings = 0;
-/** The state shown by the panel: it is redrawn only if this changes. */
+/** The state shown in the panel, which is redrawn only if it changes. */
 let drawn = "";
 
 /** @param {HTMLElement} content */
@@ -81,7 +81,7 @@ export function sensorOf(loop) {
 }
 
 /**
- * The inputs by which a user disturbs the loop, `PLANT.DOOR`, those of the plant first, with the values that act now.
+ * The inputs through which a user can disturb the loop, such as `PLANT.DOOR`, with their current values, those of the plant first.
  *
  * @param {Work} loop
  * @returns {Promise<{ name: string, variable: Variable, value: Value }[]>}
@@ -89,7 +89,7 @@ export function sensorOf(loop) {
 export async function disturbances(loop) {
   const found = [];
   const state = store.isLive() ? store.state : undefined;
-  // Settings after the last call are in no row yet.
+  // Values set after the last call are not in the run's values yet.
   const { events } = state ? await ask({ do: "events" }) : { events: [] };
   const sent = events.filter(({ call, act = "set" }) => state && call >= state.calls && act === "set");
   const acting = { ...state?.values, ...Object.fromEntries(sent.map(({ variable: name, value }) => [name, value])) };
@@ -109,7 +109,7 @@ export async function disturbances(loop) {
 }
 
 /**
- * Takes a plant with the proposed connections. A run continues with it.
+ * Connects a plant as proposed. An existing run continues with it.
  *
  * @param {string} fmu
  * @param {import("./messages").Values} [values]
@@ -151,7 +151,7 @@ export async function choose(fmu, values = {}) {
 }
 
 /**
- * Which connection carries the process value from the plant to the controller.
+ * The index of the connection that carries the process value from the plant to the controller; -1 if there is none.
  *
  * @param {Work} loop
  * @param {Member} plant
@@ -186,11 +186,11 @@ async function withoutSensor(loop, sensor) {
 }
 
 /**
- * Puts the measuring chain where a number goes from the plant to the controller.
+ * Inserts the measuring chain into the connection of the process value.
  *
  * @param {Work} loop
  * @param {Description} plant
- * @param {Member[]} members the plant; the chain is added
+ * @param {Member[]} members initially the plant; the chain is added
  * @param {[string, string][]} wires
  * @returns {Promise<[string, string][]>}
  */
@@ -203,7 +203,7 @@ async function throughSensor(loop, plant, members, wires) {
   const sensor = {
     name: SENSOR,
     fmu: CHAIN.fmu,
-    // As it is put in, it changes nothing.
+    // By default, a new chain passes the value unchanged.
     values: sensorOf(loop)?.values ?? { [CHAIN.noise]: 0, [CHAIN.steps]: 0 },
   };
   setCycle(loop, sensor, description);
@@ -214,10 +214,10 @@ async function throughSensor(loop, plant, members, wires) {
 }
 
 /**
- * A dead time needs room in the plant's memory, which is fixed when it begins.
+ * Provides room for a dead time in the plant's memory, which is fixed at the start.
  *
  * @param {Description} description
- * @param {import("./messages").Values} values what is set; the room is added
+ * @param {import("./messages").Values} values values to set; the room is added
  * @param {import("./messages").Values} [before]
  */
 function withRoom(description, values, before = {}) {
@@ -227,7 +227,7 @@ function withRoom(description, values, before = {}) {
 }
 
 /**
- * The plant is called as often as the controller.
+ * Gives the plant the cycle of the controller.
  *
  * @param {Work} loop
  * @param {Member} member
@@ -238,7 +238,7 @@ function setCycle(loop, member, description) {
   if (cycle && description.cycle) member.values = { ...member.values, [description.cycle]: cycle };
 }
 
-/** The controller's cycle may have changed. @param {string[]} names */
+/** Updates the members' cycle if the controller's has changed. @param {string[]} names */
 async function keepCycle(names) {
   const loop = store.loop;
   if (!loop?.description.cycle || !names.includes(loop.description.cycle)) return;
@@ -301,7 +301,7 @@ function isOwn(loop) {
   return (/** @type {[string, string]} */ wire) => wire.every((end) => end.startsWith(`${loop.member}.`));
 }
 
-/** The content while there is no plant. @returns {Promise<HTMLElement[]>} */
+/** The content if no plant is connected. @returns {Promise<HTMLElement[]>} */
 async function unconnected() {
   const sentence = element("p", "No plant is connected. You can run the controller open loop, or choose a plant.");
   if (!store.catalogue.fmus.some((entry) => entry.name === GENERIC)) return [sentence];
@@ -391,7 +391,7 @@ async function connected(loop, plant) {
 }
 
 /**
- * The connections as sentences, each of which can be changed.
+ * The connections as editable sentences.
  *
  * @param {Work} loop
  * @param {Member} plant
@@ -405,7 +405,7 @@ async function sentences(loop, plant) {
   }
   const possible = [...proposal.connections, ...proposal.others];
   const sensor = sensorOf(loop);
-  // A reason common to all is given once.
+  // State a reason common to all only once.
   const reasons = new Set(proposal.connections.map((wire) => wire.reason));
   const common = reasons.size === 1 && proposal.connections.length > 1 ? [...reasons][0] : undefined;
   const inputs = [...new Set([...loop.connections.map(([, to]) => to), ...possible.map(({ to }) => to)])];

@@ -1,16 +1,16 @@
 /**
- * The picture of a run as uPlot draws it: curves with an axis for each unit, Booleans in lanes below them on the same time axis,
- * what is drawn behind, and marks of what was done.
+ * The picture of a run, drawn with uPlot: curves with one axis per unit, Booleans in lanes below them on the same time axis, overlays
+ * behind them, and marks for events.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  * @typedef {import("tool/overlay.js").Overlay} Overlay
  *
- * @typedef {object} Mark something that was done
+ * @typedef {object} Mark an event
  * @property {number} time
  * @property {string} text
  *
- * @typedef {object} Parts what the picture is made of, each time it is drawn
- * @property {() => [number, number]} range of the time
+ * @typedef {object} Parts data that are queried each time the picture is drawn
+ * @property {() => [number, number]} range time range
  * @property {() => boolean} isEmpty whether there is no value yet
  * @property {() => boolean} isExact
  * @property {() => Overlay[]} behind
@@ -24,29 +24,29 @@ import { drawOverlays, extent } from "tool/overlay.js";
 
 const LANE = 18;
 const ROOM = 4;
-/** The least room at the right, for the half of the last time. */
+/** The minimum margin on the right, for half of the last time label. */
 const MARGIN = 20;
 const [TOP, BOTTOM] = [18, 36];
 const NARROW = 620;
-/** The least room between two lines. */
+/** The minimum spacing of grid lines. */
 const SPACE = 36;
 
-/** The fraction of its row that a lane takes. */
+/** The fraction of its row that a lane occupies. */
 const FULL = 0.68;
 
 /**
  * @param {HTMLElement} place
  * @param {{ width: number, height: number }} size
- * @param {Curve[]} all those that are shown
+ * @param {Curve[]} all the visible curves
  * @param {Parts} parts
  */
 export function makePlot(place, { width, height }, all, parts) {
   const { curves: palette, grid } = theme();
   const units = [...new Set(all.flatMap(({ scale, isSwitch }) => (isSwitch || scale === "left" ? [] : [scale])))];
-  // A narrow picture has room for one: that of the manipulated value, if it has one.
+  // A narrow picture has room for one right axis, preferably for the manipulated value.
   const first = units.includes("right") ? "right" : units[0];
   const right = units.filter((scale) => scale === first || width >= NARROW);
-  // Without its own axis, a curve uses the left one.
+  // A curve whose axis has no room uses the left one.
   const curves = all.map((curve) =>
     units.includes(curve.scale) && !right.includes(curve.scale) ? { ...curve, scale: "left" } : curve,
   );
@@ -56,9 +56,9 @@ export function makePlot(place, { width, height }, all, parts) {
   const lanes = switches.length > 0 ? switches.length * LANE + ROOM : 0;
   // The curves stay above the lanes.
   const below = lanes / Math.max(inner - lanes, 1);
-  /** The lowest value of each axis that is not behind the lanes. @type {Record<string, number>} */
+  /** The lowest value of each axis above the lanes. @type {Record<string, number>} */
   const floors = {};
-  /** The numbers of each axis, those of the right at the lines of the left. @type {Record<string, number[]>} */
+  /** The numbers on each axis; those on the right are at the grid lines of the left. @type {Record<string, number[]>} */
   const lines = {};
   const scales = [...new Set(["left", ...numbers.map((curve) => curve.scale)])];
   /** The range of the left axis above the lanes. @type {[number, number]} */
@@ -86,7 +86,7 @@ export function makePlot(place, { width, height }, all, parts) {
   };
   /** @param {string} scale */
   const isPercent = (scale) => numbers.find((curve) => curve.scale === scale)?.unit === "%";
-  /** The highest number of each axis: percent that end at 100 have none above. @type {Record<string, number>} */
+  /** The highest number on each axis: a percent axis shows none above 100. @type {Record<string, number>} */
   const ends = {};
   /** @param {string} scale */
   const aboveLanes = (scale) => (/** @type {uPlot} */ _, /** @type {number[]} */ splits) =>
@@ -99,7 +99,7 @@ export function makePlot(place, { width, height }, all, parts) {
       ...{ scale, side, label: axisLabel(numbers, scale), filter, ticks: { show: false, filter } },
       grid: { show: isLeft, stroke: grid, width: 1, filter },
       splits: () => lines[scale] ?? [],
-      // Without a value, any number would be a guess.
+      // Without values, any number would be a guess.
       values: (_, splits) => (parts.isEmpty() ? splits.map(() => "") : ticks(splits)),
       size: (_, values) => {
         const names = isLeft ? switches.map((curve) => lastName(curve).length) : [];
@@ -160,7 +160,7 @@ export function makePlot(place, { width, height }, all, parts) {
 }
 
 /**
- * A row of a Boolean as drawn.
+ * The values of a Boolean as drawn in its lane.
  *
  * @param {(number | null)[]} values
  * @param {number} base
@@ -184,7 +184,7 @@ function axisLabel(numbers, scale) {
 }
 
 /**
- * The names of the lanes, where the left axis has its numbers.
+ * Draws the names of the lanes in line with the numbers of the left axis.
  *
  * @param {uPlot} self
  * @param {Curve[]} switches
@@ -209,7 +209,7 @@ function drawNames(self, switches, base) {
 }
 
 /**
- * The events, at the top: a line at each time, and words where there is space.
+ * Draws the events: a line at each time, and text at the top where there is room.
  *
  * @param {uPlot} self
  * @param {Mark[]} marks
@@ -221,7 +221,7 @@ function drawMarks(self, marks) {
   const [from, to] = [self.scales.x.min ?? 0, self.scales.x.max ?? 0];
   ctx.save();
   ctx.font = scaled(FONT, ratio);
-  // The axes have changed it.
+  // The axes have changed the alignment.
   ctx.textAlign = "left";
   ctx.textBaseline = "bottom";
   let free = bbox.left;
@@ -243,7 +243,7 @@ function drawMarks(self, marks) {
     ctx.lineTo(x, bbox.top);
     ctx.fill();
     const wide = ctx.measureText(text).width;
-    // The words keep off the next mark, unless that is at the same place as theirs.
+    // The text must not reach the next mark, unless that is at nearly the same place.
     const next = places.find((other) => other > x + 8 * ratio);
     const end = next === undefined ? bbox.left + bbox.width : next - 4 * ratio;
     if (x + 6 * ratio < free || x + 6 * ratio + wide > end) continue;
@@ -253,7 +253,7 @@ function drawMarks(self, marks) {
   ctx.restore();
 }
 
-/** The name of a lane, without the blocks inside the controller. @param {Curve} curve */
+/** The name of a lane, without the path of inner blocks. @param {Curve} curve */
 function lastName(curve) {
   const name = curve.label.slice(curve.label.lastIndexOf(".") + 1);
   return name.length > 10 ? `${name.slice(0, 9)}…` : name;

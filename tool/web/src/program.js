@@ -1,6 +1,6 @@
 /**
- * PLC programs: sources that are dropped are translated by the engine, which has them in its catalogue from then on, and run
- * as a loop. What was refused is kept to be shown at its lines.
+ * PLC programs: the engine translates dropped sources and adds the program to its catalogue; it then runs as a loop. A rejected program
+ * is kept so that its problems can be shown at their lines.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Program} Program
@@ -14,39 +14,43 @@ import { isSettable, store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
 import { unzippedAll } from "tool/zip.js";
 
-/** Files of a program, its tag tables included. */
+/** Program files, including tag tables. */
 const SOURCE = /\.(scl|udt|db|xml|s7dcl|s7res|xlsx|sdf)$/i;
-/** In the folder of a project a file in AWL is a source, too; by itself it has parameters. */
+/** In a project folder, an AWL file is a source, too; on its own it is a parameter file. */
 const OF_PROJECT = /\.(scl|udt|db|awl|xml|s7dcl|s7res|xlsx|sdf)$/i;
-/** Distinguishes a source with code from data alone, which may be a parameter file. */
+/** Distinguishes a source with code from pure data, which may be a parameter file. */
 const CODE = /^[ \t\ufeff]*(FUNCTION_BLOCK|ORGANIZATION_BLOCK|FUNCTION)\b|<SW\.Blocks\.(FB|FC|OB)\b/im;
 /** The parts of a workbook that hold its tables. */
 const WORKBOOK = /^xl\/.*\.(xml|rels)$/;
 const LARGEST = 16_000_000;
-/** The maximum number of sources named as the origin of a loop. */
+/** The maximum number of sources listed as the origin of a loop. */
 const MOST_NAMED = 4;
-/** As many curves as the picture has room for, numbers and Booleans. */
+/** The maximum number of curves that the picture has room for, numbers and Booleans. */
 const [MOST_NUMBERS, MOST_SWITCHES] = [4, 8];
 
-/** The translated programs, by name in the catalogue, in order of arrival. @type {Map<string, { program: Program, compiled: Compiled }>} */
+/**
+ * The translated programs, by name in the catalogue, in order of arrival.
+ *
+ * @type {Map<string, { program: Program, compiled: Compiled }>}
+ */
 const known = new Map();
 
-/** The sources that were refused last. @type {{ program: Program, compiled: Compiled } | undefined} */
+/** The last rejected program. @type {{ program: Program, compiled: Compiled } | undefined} */
 let refusedNow;
 
-/** The last refused program, if it has not been corrected yet. */
+/** The last rejected program, if it has not been corrected yet. */
 export function refused() {
   return refusedNow;
 }
 
-/** Puts the refused sources away. */
+/** Forgets the rejected program. */
 export function forgetRefused() {
   refusedNow = undefined;
   store.emit("program");
 }
 
 /**
- * The program of a loop, as translated; `undefined` for a loop of a block.
+ * The translated program of a loop; `undefined` if the loop's controller is a block.
  *
  * @param {Work | undefined} loop
  */
@@ -54,25 +58,25 @@ export function programOf(loop) {
   return loop && known.get(loop.description.name);
 }
 
-/** All programs, for a reload: translated again in this order, they have the same names. */
+/** All programs, for a reload: retranslated in this order, they get the same names. */
 export function programs() {
   return [...known.values()].map(({ program }) => program);
 }
 
 /**
- * Takes the sources of a program out of files that were opened together.
+ * Separates the sources of a program from other files opened with them.
  *
  * @param {File[]} files
- * @returns {Promise<[File[], File[]]>} the sources, if one of them has code; the others
+ * @returns {Promise<[File[], File[]]>} the sources, if one of them contains code, and the other files
  */
 export async function sourcesAmong(files) {
   for (const file of files.filter(({ name }) => SOURCE.test(name))) {
     if (file.size > LARGEST) continue;
     const bytes = new Uint8Array(await file.arrayBuffer());
-    // Of UTF-16 every other byte is a NUL.
+    // In UTF-16, every other byte is a NUL.
     const text = new TextDecoder("latin1").decode(bytes).replaceAll("\0", "");
     if (!CODE.test(text)) continue;
-    // A project also contains other kinds of files, which a user does not open alone.
+    // Ignore other kinds of files in a project folder.
     const isPart = (/** @type {File} */ one) => (pathOf(one) === undefined ? SOURCE : OF_PROJECT).test(one.name);
     return [files.filter(isPart), files.filter((one) => !isPart(one) && pathOf(one) === undefined)];
   }
@@ -80,7 +84,7 @@ export async function sourcesAmong(files) {
 }
 
 /**
- * Files as the engine takes them.
+ * Files in the form that the engine accepts.
  *
  * @param {File[]} files
  */
@@ -104,7 +108,7 @@ export async function sourcesOf(files) {
  * Opens sources as one program.
  *
  * @param {File[]} files
- * @returns {Promise<Work | undefined>} the loop, unless the program was refused
+ * @returns {Promise<Work | undefined>} the loop, unless the program was rejected
  */
 export async function openProgram(files) {
   const sources = await sourcesOf(files);
@@ -113,14 +117,14 @@ export async function openProgram(files) {
     (/** @type {SourceFile[]} */ all) =>
     (/** @type {SourceFile} */ { file }) =>
       all.some((one) => one.file === file);
-  // Sources that are opened again are those of the loop that has them: with what was chosen for it, and with its other sources. A
-  // folder may have got new ones.
+  // Reopened sources belong to the loop that already has them, and keep its options and its other sources. A folder may have new
+  // sources.
   const before = store.loops.find((loop) => {
     const files = programOf(loop)?.program.files ?? [];
     return files.length > 0 && (sources.every(isIn(files)) || (isFolder && files.every(isIn(sources))));
   });
   const earlier = programOf(before)?.program;
-  // The cycle that was set for the loop stays.
+  // Keep the cycle that was set for the loop.
   const cycle = before?.settings[before.description.cycle ?? ""];
   const own = cycle && cycle.sent !== cycle.start ? { cycle: Number(cycle.sent) } : {};
   const others = earlier?.files.map((one) => sources.find(({ file }) => file === one.file) ?? one) ?? [];
@@ -130,17 +134,17 @@ export async function openProgram(files) {
   return loop;
 }
 
-/** What an FMU of the catalogue was translated from, if it is a program that was opened here. @param {string} fmu */
+/** The program from which an FMU in the catalogue was translated, if it was opened here. @param {string} fmu */
 export function programNamed(fmu) {
   return known.get(fmu);
 }
 
 /**
- * Translates a program and shows it: as a new loop, or in the place of a loop's program.
+ * Translates a program and shows it, as a new loop or in place of a loop's program.
  *
  * @param {Program} program
  * @param {Work} [loop]
- * @returns {Promise<Work | undefined>} the loop, unless the program was refused
+ * @returns {Promise<Work | undefined>} the loop, unless the program was rejected
  */
 export async function translate(program, loop) {
   const compiled = await admit(program);
@@ -158,7 +162,7 @@ export async function translate(program, loop) {
 }
 
 /**
- * Translates a program; if that is possible, the catalogue has it.
+ * Translates a program; if it is accepted, it is added to the catalogue.
  *
  * @param {Program} program
  * @returns {Promise<Compiled>}
@@ -186,7 +190,7 @@ async function opened(compiled) {
 }
 
 /**
- * Outputs outside a control loop are drawn, too: they are of interest.
+ * Adds curves for outputs that are not part of a control loop.
  *
  * @param {Work} loop
  */
@@ -210,7 +214,7 @@ function freeName(block) {
 }
 
 /**
- * The loop with another program: values, plant, connections and runs stay, as far as the program still has the variables.
+ * Replaces the program of a loop: values, plant, connections and runs are kept if the new program still has the variables.
  *
  * @param {Work} before
  * @param {string} fmu
@@ -224,7 +228,7 @@ async function replaced(before, fmu) {
   const loop = await store.add(before.name, fmu, undefined, before.file);
   for (const [name, setting] of Object.entries(loop.settings)) {
     const old = before.settings[name];
-    // The cycle is the one with which the program was translated.
+    // The cycle comes from the translation.
     if (!old || old.variable.kind !== setting.variable.kind || name === loop.description.cycle) continue;
     const isChanged = old.sent !== old.start;
     if (isChanged) setting.sent = setting.value = old.sent;
@@ -245,25 +249,25 @@ async function replaced(before, fmu) {
   store.show(loop);
   store.emit("loop");
   store.emit("plant");
-  // Fields that were drawn with the start values follow.
+  // Update fields that were drawn with the start values.
   store.emit("settings", Object.keys(loop.settings));
   store.say(`${loop.name} has the changed program. The next run begins with it; the earlier runs are kept to compare.`);
   return loop;
 }
 
 /**
- * The variable of a loop's program by its path in the sources, where names are the same in capitals and in small letters.
+ * The variables of a loop's program by their paths in the sources, where case does not matter.
  *
  * @param {Work} loop
  */
 export function byPath(loop) {
-  // A name that is no identifier stands in apostrophes.
+  // A name that is not an identifier is quoted with apostrophes.
   const plain = (/** @type {string} */ name) => name.replaceAll("'", "").toUpperCase();
   return new Map(loop.description.variables.map((one) => [plain(one.name), one]));
 }
 
 /**
- * The inputs of a loop's program that nothing is connected to: a user sets them by hand.
+ * The unconnected inputs of a loop's program, which the user sets.
  *
  * @param {Work} loop
  */

@@ -1,4 +1,4 @@
-/** The program on the first page: an oven with a start button, a ramp and a trip, whose controller is a block. */
+/** The example program on the first page: an oven with a start button, a ramp and a trip, and a block as its controller. */
 
 import { toBase64 } from "tool/engine.js";
 import { choose } from "tool/plant.js";
@@ -8,7 +8,7 @@ import { store } from "tool/store.js";
 
 const FILE = "oven.scl";
 const PLANT = "HEATER";
-/** The events of the run: the seconds, the input, the value. @type {[number, string, boolean | number][]} */
+/** The events of the run: time in seconds, input, value. @type {[number, string, boolean | number][]} */
 const EVENTS = [
   [10, "start", true],
   [12, "start", false],
@@ -81,7 +81,7 @@ BEGIN
 END_FUNCTION_BLOCK
 `;
 
-/** Opens the program with its plant, and runs it. */
+/** Opens the program with its plant and runs it. */
 export async function openExample() {
   const program = { files: [{ file: FILE, content: toBase64(new TextEncoder().encode(SOURCE)) }] };
   const loop = await translate(/** @type {import("./messages").Program} */ (program));

@@ -1,6 +1,6 @@
 /**
- * How a program is translated: the time between two calls, what is run, the CPU, tags and constants that no source declares, what
- * becomes an input, an output or a parameter.
+ * The translation options of a program: the call interval, the block to run, the CPU, tags and constants that no source declares, and
+ * the variables that become inputs, outputs or parameters.
  *
  * @typedef {import("./messages").Program} Program
  * @typedef {import("./messages").Compiled} Compiled
@@ -10,19 +10,19 @@ import { choice, element, text } from "tool/dom.js";
 import { read } from "tool/values.js";
 
 const CPUS = ["300", "1200", "1500"];
-/** Lists of names: the key, the title, the purpose. @type {["inputs" | "outputs" | "parameters", string, string][]} */
+/** Lists of names: key, title, purpose. @type {["inputs" | "outputs" | "parameters", string, string][]} */
 const LISTS = [
   ["inputs", "Inputs", "Settings or members of data blocks that become inputs"],
   ["outputs", "Outputs", "Locals or members of data blocks that become outputs"],
   ["parameters", "Parameters", "Inputs that become parameters"],
 ];
-/** Names with a value: the key, the title, an example, the separator. @type {["tags" | "constants", string, string, string][]} */
+/** Names with a value: key, title, example, separator. @type {["tags" | "constants", string, string, string][]} */
 const PAIRS = [
   ["tags", "Tags and instances that no source declares, a line each", "Start : Bool", ":"],
   ["constants", "Constants that no source declares, a line each", "MAX = 5", "="],
 ];
 
-/** The fold that is open stays open when the program is drawn anew. */
+/** Whether the options are open: they stay open when the program is redrawn. */
 let isOpen = false;
 
 /**

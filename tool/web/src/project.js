@@ -1,6 +1,6 @@
 /**
- * A project: what its files hold, as a table, and what is assumed of names that none of them declares, as a list that the user
- * confirms or changes.
+ * A project: the contents of its files as a table, and the assumptions about names that no file declares as a list that the user
+ * confirms or edits.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Program} Program
@@ -13,7 +13,7 @@ import { store } from "tool/store.js";
 /** The source with the assumptions. */
 const ASSUMED = "assumed.scl";
 
-/** The contents of the files; empty for a single source. @param {Compiled} compiled */
+/** The contents of the files; `null` for a single source without assumptions. @param {Compiled} compiled */
 export function surveyTable({ survey, sources, fmu, assumptions }) {
   const count = sources.filter(({ file }) => !/\.s7res$/i.test(file)).length;
   if (survey.length === 0 || (count < 2 && assumptions.length === 0)) return null;
@@ -29,7 +29,7 @@ export function surveyTable({ survey, sources, fmu, assumptions }) {
 }
 
 /**
- * The list of possible or accepted assumptions.
+ * The list of proposed or accepted assumptions.
  *
  * @param {Program} program
  * @param {Compiled} compiled
@@ -50,7 +50,7 @@ export function assumptionsForm(program, compiled, translate) {
 /**
  * @param {Program} program
  * @param {Compiled} compiled
- * @param {string} before what is assumed already
+ * @param {string} before the assumptions accepted so far
  * @param {(program: Program) => void} translate
  */
 function proposed(program, { assumptions }, before, translate) {

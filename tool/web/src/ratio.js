@@ -1,5 +1,5 @@
 /**
- * The ratio of the strengths of heating and cooling, from the models of both.
+ * The ratio of heating gain to cooling gain, from a model of each.
  *
  * @typedef {import("./messages").Model} Model
  */
@@ -10,11 +10,11 @@ import { store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
 /**
- * A row that keeps a model as that of heating or of cooling, and computes the ratio from both. Nothing for a block without one.
+ * A row that stores a model for heating and one for cooling, and computes the ratio from both. `null` for a block without a ratio.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {{ heating: Model | undefined, cooling: Model | undefined }} kept
- * @param {() => Model | string | undefined} model the present one, or why there is none
+ * @param {() => Model | string | undefined} model returns the current model, or why there is none
  */
 export function ratioRow(loop, kept, model) {
   const factor = loop.description.roles.pulse_former[2];

@@ -1,10 +1,10 @@
 /**
- * The values above the curves: those of now, or those at the cursor. Each is a button that hides its curve.
+ * The values above the curves, current or at the cursor. Each name is a button that hides its curve.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  *
- * @typedef {object} Shown what is to be read of a curve
- * @property {string} text with the digits that there is room for
+ * @typedef {object} Shown the displayed value of a curve
+ * @property {string} text with as many digits as there is room for
  * @property {string} full with all digits
  */
 

@@ -1,6 +1,6 @@
 /**
- * The first 150 s of the loop that lives on the first page, call 2 and each third one after it, as the engine computes them: a curve
- * before the engine is ready. A test compares them.
+ * The first 150 s of the live loop on the first page, as the engine computes them, from call 2 on in every third call: a curve to show
+ * before the engine is ready. A test compares them with the engine.
  */
 
 export const EVERY = 3;

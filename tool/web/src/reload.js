@@ -1,18 +1,18 @@
 /**
- * Files that the command was given: when one is saved, it is opened again, with the inputs, what is forced and the layout as they are.
+ * Reopens files passed to the command whenever one is saved; inputs, forced variables and layout are kept.
  */
 
 import { given, whereIsTheEngine } from "tool/engine.js";
 import { openSaved } from "tool/files.js";
 import { store } from "tool/store.js";
 
-/** How often is asked, in milliseconds. */
+/** The polling interval, in milliseconds. */
 const PAUSE = 1000;
 
-/** Which version of the files is open. */
+/** The version of the open files. */
 let hash = "";
 
-/** Begins to look at the files. */
+/** Starts watching the files. */
 export async function watchFiles() {
   if (whereIsTheEngine() !== "server" || !document.getElementById("files")?.textContent?.trim()) return;
   hash = (await given(hash))?.hash ?? "";
@@ -24,7 +24,7 @@ export async function watchFiles() {
         await open(changed.files);
       }
     } catch {
-      // The server has ended, as the next request to the engine will show.
+      // The server has ended: the next request to the engine reports it.
       return;
     }
     setTimeout(look, PAUSE);

@@ -10,11 +10,11 @@
 import { ask } from "tool/engine.js";
 import { store } from "tool/store.js";
 
-/** The number of calls made at once, between which the page responds to the user. */
+/** The number of calls per request; between requests, the page responds to the user. */
 const CHUNK = 5000;
 
 /**
- * Makes a run of a loop. It is the engine's present one then.
+ * Repeats a run of a loop, which becomes the engine's current run.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {Made} made
@@ -33,7 +33,7 @@ export async function remake(loop, { setup, events, calls }) {
   for (let at = 0; at < events.length; ) {
     const { call } = events[at];
     await until(Math.min(call, calls));
-    // An event of a different kind comes after the earlier ones.
+    // Send consecutive events of the same kind together.
     const { act = "set" } = events[at];
     const values = /** @type {import("./messages").Values} */ ({});
     for (; at < events.length && events[at].call === call && (events[at].act ?? "set") === act; at += 1)

@@ -1,5 +1,5 @@
 /**
- * Replays a file recorded on the plant through the block: does the block compute what the plant's did, and if not, why?
+ * Replays a recording from the plant through the block: does it compute the same as the block in the PLC, and if not, why?
  *
  * @typedef {import("./messages").Replayed} Replayed
  * @typedef {import("./csv.js").Recording} Recording
@@ -14,11 +14,15 @@ import { manualSwitch, unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
 import { rounded, shown } from "tool/values.js";
 
-/** More columns are not named one by one: the conclusion stands below. */
+/** The maximum number of columns listed, so that the verdict below stays visible. */
 const MOST_NAMED = 6;
 /** @type {Recording | undefined} */
 let recorded;
-/** Which column is which variable, as the user wants it; undefined as long as the engine decides. @type {[string, string][] | undefined} */
+/**
+ * The user's assignment of columns to variables; `undefined` while the engine decides.
+ *
+ * @type {[string, string][] | undefined}
+ */
 let columns;
 let trySuspects = true;
 /** @type {string} */
@@ -29,22 +33,26 @@ let body;
 let mapping;
 /** @type {HTMLElement} */
 let result;
-/** The curves, in place of those of the run while the tab is shown: below the table they would not be visible. @type {HTMLElement} */
+/**
+ * The curves of the replay, shown in place of the run's curves while the tab is open: below the table they would be out of sight.
+ *
+ * @type {HTMLElement}
+ */
 let stage;
-/** The output that is drawn, and its drawing function. @type {(() => void) | undefined} */
+/** Draws the chosen output; `undefined` if there is no result. @type {(() => void) | undefined} */
 let drawCurve;
 /** @type {() => void} */
 let endChart = () => {};
-/** Says that the settings are others than those of the result. @type {HTMLElement} */
+/** The note that the settings have changed since the replay. @type {HTMLElement} */
 let stale;
-/** The settings of the result, as text: all that count, and the controller's as displayed. */
+/** The settings of the result as text: all relevant settings, and the controller settings as displayed. */
 let replayedWith = "";
 let shownWith = "";
-/** What of the stage is above and below its chart, in pixels. */
+/** The height around the chart on its stage, in pixels. */
 const AROUND = 96;
-/** Ends the replay that is under way. */
+/** Cancels the replay in progress. */
 let running = new AbortController();
-/** The maximum number of replays in a report, each with the resulting values of the previous one. */
+/** The maximum number of replays in a report; each uses the values found by the previous one. */
 const MOST_REPORTED = 4;
 
 /** @param {HTMLElement} content */
@@ -63,7 +71,7 @@ export function mount(content) {
   show();
 }
 
-/** Shows the curves while the tab is. */
+/** Shows the curves while the tab is open. */
 function showStage() {
   stage.hidden = drawCurve === undefined || document.body.dataset.tab !== "replay";
   if (!stage.hidden) drawCurve?.();
@@ -76,14 +84,14 @@ function settingsInFields() {
   return JSON.stringify(Object.entries(valuesOf(loop)).filter(([name]) => !loop.settings[name].variable.is_stimulus));
 }
 
-/** A verdict on former settings is no verdict on those of now, and does not look like one. */
+/** Marks the verdict as outdated if the settings have changed. */
 function showStale() {
   stale.hidden = replayedWith === "" || replayedWith === settingsInFields();
   text(stale, `The settings have changed since this replay: it was made with ${shownWith}. Press Replay.`);
   result.classList.toggle("is-former", !stale.hidden);
 }
 
-/** No curves any more. */
+/** Removes the curves. */
 function endStage() {
   endChart();
   drawCurve = undefined;
@@ -98,7 +106,7 @@ function open(recording) {
   replay();
 }
 
-/** Replays the recording that is open. */
+/** Replays the open recording. */
 const again = () => replay();
 
 function show() {
@@ -144,7 +152,7 @@ function toleranceField() {
   return element("label", "equal within ", input);
 }
 
-/** @param {boolean} [isGoingOn] whether values of the last replay were applied, which the report tells, too */
+/** @param {boolean} [isGoingOn] whether values from the last replay were applied: then the report keeps both */
 async function replay(isGoingOn = false) {
   const loop = store.loop;
   if (!loop || !recorded) return;
@@ -173,7 +181,7 @@ async function replay(isGoingOn = false) {
     const told = showResult(replayed, allowed);
     keep({ file: of.name, values, verdict: told.headline, remarks: told.details }, replayed, isGoingOn);
   } catch (error) {
-    // Another replay has begun.
+    // Another replay has started.
     if (error instanceof Stopped) return;
     showMapping(columns ?? []);
     fill(result, element("p.error", error instanceof Error ? error.message : String(error)));
@@ -181,8 +189,8 @@ async function replay(isGoingOn = false) {
 }
 
 /**
- * The same with the causes of the difference. That takes seconds: the page says for how long it has looked, and whoever stops it keeps
- * what is known by then.
+ * Repeats the replay with a search for the causes of the difference. It takes seconds, so the page shows the time elapsed, and the
+ * user can stop it and keep the known result.
  *
  * @param {import("./messages").Dialogue["replay"]["request"] & { do: "replay" }} request
  * @param {Replayed} known
@@ -278,7 +286,7 @@ function showMapping(found) {
 /**
  * @param {Replayed} replayed
  * @param {number | null} allowed the user's tolerance
- * @returns {{ headline: string, details: string[] }} what was said
+ * @returns {{ headline: string, details: string[] }} the text shown
  */
 function showResult(replayed, allowed) {
   const loop = store.loop;
@@ -327,8 +335,8 @@ function showResult(replayed, allowed) {
             `${changed(suspect, block)}.`,
             suspect.fits ? element("strong.good", "none: it fits") : String(suspect.different),
             rounded(suspect.largest, "LREAL", 6),
-            // What leaves a difference is no value to go on with, and a later value of several is none for the whole recording. The likeliest
-            // is offered above.
+            // No button for a change that leaves a difference or applies only to a part of the recording. The likeliest change is
+            // offered above.
             suspect.fits &&
             !suspect.since &&
             Object.keys(suspect.values).length > 0 &&
@@ -357,18 +365,18 @@ function settings(values) {
     .join(", ");
 }
 
-/** Puts values in force, and replays with them. @param {import("./messages").Values} values */
+/** Applies values and replays with them. @param {import("./messages").Values} values */
 async function take(values) {
   store.edit(values);
   if (!(await store.send(Object.keys(values)))) return;
   await replay(true);
-  // The button that had the focus is gone.
+  // The focused button no longer exists.
   const said = result.querySelector(".verdict");
   if (said instanceof HTMLElement && document.activeElement === document.body) said.focus();
 }
 
 /**
- * The curves of an output, the one that differs most first.
+ * Offers the curves of the outputs, at first the one that differs most.
  *
  * @param {Replayed} replayed
  */
