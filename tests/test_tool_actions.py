@@ -78,7 +78,7 @@ def new_furnace(open_tool):
 
 def make_step_test(page, user):
     """Until its model is found, and the rules have their settings."""
-    user.button("Make a step test")
+    user.button("Run a step test")
     page.locator("#tune .fit").get_by_text("fit").wait_for()
 
 

@@ -176,7 +176,7 @@ def test_a_file_that_is_no_recording_is_refused_when_it_is_chosen(page, text, wh
 
 def test_a_recording_that_is_opened_before_a_loop_waits_for_it(page):
     open_file(page, "step.csv", "time,SP_INT,PV_IN,LMN\n0,60,20,80\n1,60,,80\n")
-    page.get_by_text("step.csv is a recording: open or make a loop, then see Replay and Tune.").wait_for()
+    page.get_by_text("step.csv is a recording: open or create a loop, then see Replay and Tune.").wait_for()
     new_loop(page, "CONT_C", "TIC1")
     page.get_by_role("tab", name="Replay").click()
     page.get_by_role("button", name="Replay", exact=True).click()
@@ -230,7 +230,7 @@ def test_a_million_loops_and_a_hundred_megabytes_are_refused_and_the_page_lives(
     page.evaluate(drop, ["million.json", '"A": {},\n', 1_000_000])
     page.locator(".file.is-refused", has_text="million.json").get_by_text("The file has 1000000 blocks").wait_for()
     page.evaluate(drop, ["large.awl", "x" * 1000, 100_000])
-    page.get_by_text("The file has 100 MB").wait_for()
+    page.get_by_text("The file is 100 MB").wait_for()
     new_loop(page, "CONT_C", "ALIVE")
     assert field(page, "GAIN").input_value() == "2"
 
@@ -302,7 +302,7 @@ def test_a_file_with_changes_is_closed_after_a_question_and_can_be_opened_again(
     write(page, "GAIN", "5")
     page.get_by_role("button", name="Close two.awl").click()
     question = page.get_by_role("group", name="Question")
-    assert "two.awl has changes that are not in a file: A (1). Close it anyway?" in question.inner_text()
+    assert "two.awl has changes that are not saved in a file: A (1). Close it anyway?" in question.inner_text()
     question.get_by_role("button", name="Keep it").click()
     assert loop_names(page) == ["A", "B"]
     page.get_by_role("button", name="Close two.awl").click()

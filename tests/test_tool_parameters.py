@@ -567,7 +567,7 @@ def test_a_lost_server_is_said_and_the_page_goes_on_by_itself(browser):
     page.locator("#lost").wait_for()
     assert field(page, "GAIN").input_value() == "5"
     assert page.locator("#what strong").inner_text() == "SERVED"
-    page.click("text=Go on in the page without FMUs")
+    page.click("text=Continue in the page without FMUs")
     page.locator("#lost").wait_for(state="detached")
     page.click("#send")
     checked(page)

@@ -40,7 +40,7 @@ def test_a_thinned_picture_says_so_and_the_cursor_reads_a_range(tool):
     add_sensor(tool)
     set_now(tool, "noise", 0.25)
     run_calls(tool, 5000)
-    tool.get_by_text(re.compile(r"min to max of each \d+ cycles")).wait_for()
+    tool.get_by_text(re.compile(r"min to max of every \d+ cycles")).wait_for()
     tool.locator("#curves").get_by_role("slider").focus()
     tool.keyboard.press("Home")
     tool.keyboard.press("ArrowRight")

@@ -44,7 +44,7 @@ def open_with(open_tool, block, plant, **settings):
     for name, value in settings.items():
         set_field(page, name, value)
     page.locator(".no-run").get_by_role("button", name=plant).click()
-    page.get_by_role("button", name="Make a step test").or_(page.locator("#run-go")).first.wait_for()
+    page.get_by_role("button", name="Run a step test").or_(page.locator("#run-go")).first.wait_for()
     return page
 
 

@@ -230,9 +230,9 @@ def test_a_parameter_file_and_a_damaged_file_are_no_programs(open_tool):
     page = open_tool(LAPTOP)
     drop(page, ("noise.scl", "FUNCTION_BLOCK \0\x01 ((((" * 50))
     page.get_by_text("noise.scl").wait_for()
-    page.get_by_text("It is not a text").wait_for()
+    page.get_by_text("This is not a text file").wait_for()
     drop(page, ("wide.scl", "FUNCTION_BLOCK".encode("utf-16-le").decode("latin-1")))
-    page.get_by_text("It is a text in UTF-16 without a byte order mark").wait_for()
+    page.get_by_text("This is UTF-16 text without a byte order mark").wait_for()
     drop(page, ("empty.scl", ""))
     page.get_by_text("the file is empty").wait_for()
     # The page goes on.
@@ -270,7 +270,7 @@ def test_a_block_inside_is_shown_with_its_diagram_and_opens_as_a_loop(open_tool)
     row = inside.locator("tr", has=page.get_by_text("GAIN", exact=True))
     assert row.inner_text().split() == ["GAIN", "4", "line", str(at)]
     screenshot(page, "program-inside")
-    inside.get_by_role("button", name="Open as a loop of its own").click()
+    inside.get_by_role("button", name="Open as a separate loop").click()
     page.locator("#what").get_by_text("CONT_C", exact=True).wait_for()
     assert page.locator('[data-name="GAIN"] input').input_value() == "4"
     assert page.locator('[data-name="TI"] input').input_value() == "200"

@@ -532,8 +532,8 @@ def test_a_step_test_is_offered_to_a_loop_that_can_make_one_and_to_no_other(open
     page.locator(".no-run").get_by_role("button", name=plant).click()
     page.locator(".no-run").get_by_text("Ready: run the loop").wait_for()
     is_tunable = block != "HLG"
-    assert page.get_by_role("button", name="Make a step test").count() == is_tunable
-    ready = "Ready: run the loop, or make a step test to tune it." if is_tunable else "Ready: run the loop."
+    assert page.get_by_role("button", name="Run a step test").count() == is_tunable
+    ready = "Ready: run the loop, or run a step test to tune it." if is_tunable else "Ready: run the loop."
     assert page.locator(".no-run p").inner_text() == ready
 
 

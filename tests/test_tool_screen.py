@@ -161,7 +161,7 @@ def test_a_link_makes_the_same_run_to_the_same_bits_elsewhere(tool, open_tool):
     assert second == first
     assert other.locator("#field-GAIN").input_value() == "1.5"
     other.evaluate("() => { location.hash = 'loop=AAAA'; }")
-    other.get_by_text("The link is not whole").wait_for()
+    other.get_by_text("The link is incomplete").wait_for()
 
 
 def test_what_is_sent_between_two_calls_stays(tool):

@@ -831,7 +831,7 @@ def test_the_page_says_that_the_server_is_gone_and_keeps_what_it_shows(start, op
     tool.stop()
     # One call.
     page.keyboard.press(".")
-    page.get_by_text("plcfmu tool does not answer").first.wait_for()
+    page.get_by_text("plcfmu tool is not responding").first.wait_for()
     assert page.locator("#fields .field").count() > 10
 
 

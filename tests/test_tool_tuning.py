@@ -175,7 +175,7 @@ def test_a_new_loop_says_what_comes_next(open_tool):
     new_loop(page, "TIC101")
     assert "No plant is connected yet" in page.locator(".no-run").inner_text()
     take_generic_plant(page, "2", "20", "2")
-    page.get_by_role("button", name="Make a step test").click()
+    page.get_by_role("button", name="Run a step test").click()
     page.locator("#tune .fit").get_by_text("fit").wait_for()
     assert float(page.locator("#model-gain").input_value()) == pytest.approx(2, rel=0.02)
 
@@ -186,7 +186,7 @@ def test_a_new_loop_offers_the_plants_that_its_controller_drives(open_tool):
     offered = page.locator(".no-run").get_by_role("button")
     assert set(offered.all_inner_texts()) == {"PROCESS", "HEATER", "VALVE", "THERMO", "TANK"}
     page.locator(".no-run").get_by_role("button", name="HEATER").click()
-    page.get_by_role("button", name="Make a step test").wait_for()
+    page.get_by_role("button", name="Run a step test").wait_for()
     # Nothing is there that nobody has asked for.
     members = "async () => (await moduleOf('tool/store.js')).store.loop.members.map(({ fmu }) => fmu)"
     assert page.evaluate(members) == ["HEATER"]

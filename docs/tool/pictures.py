@@ -108,7 +108,7 @@ def frames(page):
     page.locator("#new-block option").first.wait_for(state="attached")
     page.get_by_role("button", name="New loop").click()
     page.locator("#plant-choice").select_option("HEATER")
-    page.get_by_role("button", name="Make a step test").wait_for()
+    page.get_by_role("button", name="Run a step test").wait_for()
     for name, value in BEFORE.items():
         assert float(page.locator(f"#field-{name}").input_value()) == value
     set_now(page, "#setpoint", 60)

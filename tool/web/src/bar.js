@@ -55,7 +55,7 @@ export function mount() {
     store.live = undefined;
     forgetTracks();
     for (const loop of store.loops) delete loop.notes.runs;
-    store.say("The engine has begun anew: its run is gone. Values are kept; begin a new run.");
+    store.say("The engine has restarted: its run is gone. Values are kept; start a new run.");
   });
   store.on("failure", () => store.say(new EngineError(store.state?.failure ?? "")));
 }
@@ -152,7 +152,7 @@ function showLost() {
       const missing = store.loops.filter(
         (loop) => !store.catalogue.fmus.some((one) => one.name === loop.description.name),
       );
-      for (const loop of missing) store.say(`${loop.name}: the page has no block ${loop.description.name} of its own.`);
+      for (const loop of missing) store.say(`${loop.name}: the page has no built-in block ${loop.description.name}.`);
     } catch (error) {
       store.say(error);
     }
@@ -161,11 +161,11 @@ function showLost() {
     element(
       "div.row.is-error",
       { id: "lost" },
-      element("span", "plcfmu tool does not answer. All that is shown is kept."),
+      element("span", "plcfmu tool is not responding. Everything shown is kept."),
       element("button", { onclick: again }, "Try again"),
       hasEngineInPage() &&
         whereIsTheEngine() === "server" &&
-        element("button.primary", { onclick: goOn }, "Go on in the page without FMUs"),
+        element("button.primary", { onclick: goOn }, "Continue in the page without FMUs"),
     ),
   );
 }

@@ -57,10 +57,10 @@ async function read(of) {
   const all = await signals(loop);
   const own = `${loop.member}.`.toUpperCase();
   const found = all.find((one) => [wanted, own + wanted].includes(one.name.toUpperCase()));
-  if (!found) return `${name} is not a variable: write one of the list.`;
+  if (!found) return `${name} is not a variable: choose one from the list.`;
   if (!sign) return { variable: found.name, sign: "=", value: not ? 0 : 1 };
   const truth = { TRUE: 1, FALSE: 0 }[value.toUpperCase()];
   const number = truth ?? Number(value.replace(",", "."));
-  if (Number.isNaN(number)) return `${value} is not a number: write ${found.name} ${sign} 1.5, for example.`;
+  if (Number.isNaN(number)) return `${value} is not a number: enter ${found.name} ${sign} 1.5, for example.`;
   return { variable: found.name, sign: /** @type {Until["sign"]} */ (sign), value: number };
 }

@@ -25,7 +25,7 @@ export async function recordingOf(file) {
   if (file.size > MOST_BYTES) {
     const size = Math.round(file.size / 1e6);
     throw new EngineError(
-      `The file has ${size} MB; at most ${MOST_BYTES / 1e6} MB can be read. Cut out the part that matters.`,
+      `The file is ${size} MB; at most ${MOST_BYTES / 1e6} MB can be read. Cut it down to the part that matters.`,
     );
   }
   const text = decoded(new Uint8Array(await file.arrayBuffer()));

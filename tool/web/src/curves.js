@@ -211,7 +211,7 @@ function build(content) {
     element(
       "p.visually-hidden",
       { id: "curves-keys" },
-      "Drag to zoom, double click to follow again. Keys: ← → cursor, Shift ten times as far, Home, End, + −, Esc.",
+      "Drag to zoom, double-click to follow again. Keys: ← → cursor (ten times as far with Shift), Home, End, + −, Esc.",
     ),
     spoken,
   );
@@ -557,7 +557,7 @@ function show() {
   });
   plot.setData(/** @type {uPlot.AlignedData} */ ([view.times, ...rows]));
   const calls = Math.round(((view.times[2] ?? 0) - (view.times[0] ?? 0)) / (store.state?.step ?? 1));
-  text(thinned, view.is_exact ? "" : `min to max of each ${calls} cycles`);
+  text(thinned, view.is_exact ? "" : `min to max of every ${calls} cycles`);
   if (cursorTime() !== undefined) placeCursor();
   showValues();
   showEarlier();
@@ -654,7 +654,7 @@ function showNothing() {
   if (!loop || !isEmpty || nothing.dataset.key === key) return;
   nothing.dataset.key = key;
   const test = stepTest(loop);
-  const ready = test ? "Ready: run the loop, or make a step test to tune it." : "Ready: run the loop.";
+  const ready = test ? "Ready: run the loop, or run a step test to tune it." : "Ready: run the loop.";
   const words = hasPlant ? ready : "No plant is connected yet. Choose one:";
   fill(nothing, element("p", words), hasPlant ? test : plants(loop));
 }
@@ -666,7 +666,7 @@ function stepTest(loop) {
     store.emit("show", "tune");
     document.getElementById("step-test")?.click();
   };
-  return element("button.primary", { onclick: make }, "Make a step test");
+  return element("button.primary", { onclick: make }, "Run a step test");
 }
 
 /**

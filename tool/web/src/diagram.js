@@ -51,13 +51,13 @@ export function mount(content) {
     for (const button of buttons) attribute(button, "aria-pressed", String(button.textContent === size));
     attribute(sheet, "tabindex", size === "Full size" ? "0" : null);
     attribute(sheet, "role", size === "Full size" ? "region" : null);
-    attribute(sheet, "aria-label", size === "Full size" ? "Block diagram, scrolls" : null);
+    attribute(sheet, "aria-label", size === "Full size" ? "Block diagram, scrollable" : null);
     try {
       sessionStorage.setItem(SIZE, size);
     } catch {
       // No storage: the size is lost on a reload.
     }
-    text(note, "Click a switch to throw it, a value to go to its field.");
+    text(note, "Click a switch to throw it, or a value to go to its field.");
   };
   content.append(
     element("div.row.sizes", { role: "group", "aria-label": "Size of the diagram" }, buttons, note),

@@ -266,7 +266,7 @@ async function post(where, type, body) {
   engineOfServer = engine ?? engineOfServer;
   if (response.ok || answer.startsWith('{"error"')) return answer;
   if (response.status >= 500 || response.status === 404) throw new ServerLost(lost);
-  throw new EngineError(answer || `plcfmu tool refuses with status ${response.status}.`);
+  throw new EngineError(answer || `plcfmu tool returned status ${response.status}.`);
 }
 
 /**
@@ -284,7 +284,7 @@ let exported;
 
 async function open() {
   const module = await /** @type {any} */ (globalThis).compiledEngine;
-  if (!module) throw new EngineError("This page has no engine of its own; open it with plcfmu tool.");
+  if (!module) throw new EngineError("This page has no engine; open it with plcfmu tool.");
   const instance = await WebAssembly.instantiate(/** @type {WebAssembly.Module} */ (module), {});
   const engine = /** @type {Exported} */ (/** @type {unknown} */ (instance.exports));
   exported = engine;
@@ -297,7 +297,7 @@ async function open() {
       inPage = undefined;
       exported = undefined;
       queueMicrotask(onNewEngine);
-      throw new EngineError(`The engine cannot go on (${error}). Please report what you did.`);
+      throw new EngineError(`The engine cannot continue (${error}). Please report what you did.`);
     }
   };
 }

@@ -115,8 +115,8 @@ async function whyNoText(file) {
   // In UTF-16, one byte of almost every character is 0, and the other hardly ever.
   const isWide = Math.max(...nuls) > bytes.length / 4 && Math.min(...nuls) < bytes.length / 100;
   return isWide
-    ? "It is a text in UTF-16 without a byte order mark: save it in UTF-8."
-    : "It is not a text: open a parameter file, a program in SCL, a recording or an FMU.";
+    ? "This is UTF-16 text without a byte order mark: save it as UTF-8."
+    : "This is not a text file: open a parameter file, an SCL program, a recording or an FMU.";
 }
 
 /** Opens files passed by the command. @param {{ file: string, content: string }[]} given */
@@ -161,7 +161,7 @@ async function open(file) {
   const name = file.name.toLowerCase();
   if (name.endsWith(".csv")) {
     store.emit("csv", await recordingOf(file));
-    store.say(`${file.name} is a recording: ${store.loop ? "" : "open or make a loop, then "}see Replay and Tune.`);
+    store.say(`${file.name} is a recording: ${store.loop ? "" : "open or create a loop, then "}see Replay and Tune.`);
   } else if (name.endsWith(".fmu")) {
     limit(file, LIMITS.fmu);
     await openFmu(file);
@@ -178,7 +178,7 @@ async function open(file) {
 function limit(file, most) {
   if (file.size <= most) return;
   const [has, may] = [file.size, most].map((size) => `${Math.ceil(size / MEGABYTE)} MB`);
-  throw new EngineError(`The file has ${has}; the page reads at most ${may}. Export fewer blocks at a time.`);
+  throw new EngineError(`The file is ${has}; the page reads at most ${may}. Export fewer blocks at a time.`);
 }
 
 /**
@@ -228,7 +228,7 @@ export async function take(file, at) {
   const of = file.loops[at];
   const fmu = store.catalogue.fmus.find((one) => one.name === of.block) ?? (await byBlock(of.block));
   if (!fmu) {
-    throw new EngineError(`${of.name}: no FMU of the block ${of.block} here; open its .fmu with plcfmu tool.`);
+    throw new EngineError(`${of.name}: no FMU for block ${of.block} here; open its .fmu with plcfmu tool.`);
   }
   const loop = await store.add(of.name, fmu.name, of, file.name);
   loop.notes.at = at;
@@ -317,7 +317,7 @@ async function openUploaded(file) {
       await accept(name);
       store.catalogue = await ask({ do: "catalogue" });
       store.emit("catalogue");
-      store.say(`${name} can be chosen as a plant now.`);
+      store.say(`${name} can now be chosen as a plant.`);
     },
   });
 }
@@ -356,10 +356,10 @@ function loopOf(file, model, description) {
 /** @param {File} file */
 async function modelDescription(file) {
   const bytes = await unzipped(file, "modelDescription.xml", 16 * MEGABYTE);
-  if (!bytes) throw new EngineError("It is not an FMU: there is no modelDescription.xml in it.");
+  if (!bytes) throw new EngineError("This is not an FMU: it contains no modelDescription.xml.");
   const model = new DOMParser().parseFromString(new TextDecoder().decode(bytes), "application/xml");
   if (model.querySelector("parsererror") || model.documentElement.tagName !== "fmiModelDescription") {
-    throw new EngineError("Its modelDescription.xml cannot be read; plcfmu check says what is wrong with it.");
+    throw new EngineError("Its modelDescription.xml cannot be read; run plcfmu check to find out why.");
   }
   return model;
 }

@@ -89,7 +89,7 @@ function programCard() {
     line("M100 42h12L140 14h26", { "stroke-width": 2 }),
   );
   const about = {
-    title: "Drop your .scl anywhere; a click runs an oven with a ramp and a trip",
+    title: "Drop your .scl file anywhere, or click to run an oven with a ramp and a trip",
     onclick: () => openExample().catch(store.say),
   };
   return element(

@@ -16,11 +16,11 @@ const KEYS = [
   ["Space", "runs, pauses"],
   [".", "runs one cycle"],
   ["M", "manual mode on and off"],
-  ["Left, Right", "move the cursor in curves and timing diagram; with Shift ten times as far"],
-  ["Page Up, Page Down", "in the curves 50 times as far; in the timing diagram from change to change"],
-  ["Home, End", "move the cursor to the beginning, to the end"],
+  ["Left, Right", "move the cursor in curves and timing diagram; ten times as far with Shift"],
+  ["Page Up, Page Down", "move the cursor 50 times as far in the curves, from change to change in the timing diagram"],
+  ["Home, End", "move the cursor to the beginning or the end"],
   ["+, -", "zoom curves and timing diagram"],
-  ["Esc", "there: the cursor follows the run again"],
+  ["Esc", "in curves and timing diagram: follows the run again"],
 ];
 
 /** @param {HTMLElement} content */
@@ -29,7 +29,7 @@ export function mount(content) {
   content.append(
     element("button.close", { onclick: () => toggleDrawer("help", false) }, "Close"),
     element("h3", "Keys"),
-    element("p.faint", "They work wherever the cursor is not in a field."),
+    element("p.faint", "They work unless the cursor is in a field."),
     element(
       "table.keys",
       element(
@@ -76,7 +76,7 @@ export async function fieldHelp(names, row, field) {
   const texts = [names].flat().map((name) => {
     const { variable } = loop.settings[name];
     const of = element("div", element("h4", element("span.name", name), ` ${variable.kind}`));
-    of.append(element("p", variable.description || "There is no text on it."));
+    of.append(element("p", variable.description || "No description."));
     if (asset?.help[name]) of.append(html(asset.help[name]));
     of.append(element("p.faint", limits(variable)));
     return of;

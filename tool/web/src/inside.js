@@ -106,9 +106,9 @@ async function show(head) {
     {
       ...{ onclick: () => openAlone(loop, one.path, one.block).catch(store.say) },
       title:
-        "Its values, the plant and the connections are taken over; what is tuned there goes back into the source by hand",
+        "Keeps its values, the plant and the connections; copy the tuned values back into the source yourself",
     },
-    "Open as a loop of its own",
+    "Open as a separate loop",
   );
   fill(head, element("label", { for: "inside-choice" }, "Block inside the program"), list, open);
   fill(body, ...of.groups.map((group) => parameters(loop, one.path, of, group)));
@@ -217,7 +217,7 @@ async function openAlone(loop, path, block) {
   const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
   await store.connect({ members: copies, connections: wires, step, exchange });
   store.say(
-    `${made.name} is ${path} of ${loop.name} with the values that it has now. The program does not change with it.`,
+    `${made.name} is ${path} of ${loop.name} with its current values. Changes to it do not affect the program.`,
   );
 }
 

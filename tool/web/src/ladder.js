@@ -271,7 +271,7 @@ function name(operand, x, y, anchor, isInline = false) {
 function showBar() {
   const path = selected?.path;
   if (!selected || !path) {
-    fill(bar, element("span.faint", "Click a name: why it has its value, where it is used."));
+    fill(bar, element("span.faint", "Click a name to see why it has its value and where it is used."));
     return;
   }
   const go = (/** @type {number} */ number) =>

@@ -31,7 +31,7 @@ const NOTES = ["timing", "watch", "inputs"];
 /** A link to the current loop. @returns {Promise<string>} */
 export async function linkOfLoop() {
   const loop = store.loop;
-  if (!loop) throw new EngineError("Open or make a loop first.");
+  if (!loop) throw new EngineError("Open or create a loop first.");
   const { members, connections, step, exchange, name, member } = loop;
   const run = store.isLive() ? await ask({ do: "events" }) : null;
   /** @type {Carried} */
@@ -61,11 +61,11 @@ export async function openLink() {
     const bytes = await through(fromBase64(text), new DecompressionStream("deflate-raw"), LARGEST);
     carried = JSON.parse(new TextDecoder().decode(bytes));
   } catch {
-    throw new EngineError("The link is not whole: copy all of it, up to its last sign.");
+    throw new EngineError("The link is incomplete: copy all of it, up to the last character.");
   }
-  if (carried.version !== 1) throw new EngineError("The link is of another version of this page.");
+  if (carried.version !== 1) throw new EngineError("The link was created by another version of this page.");
   if ((carried.run?.calls ?? 0) > MOST_CALLS)
-    throw new EngineError(`The run of the link has ${carried.run?.calls} cycles; at most ${MOST_CALLS} are run.`);
+    throw new EngineError(`The run in the link has ${carried.run?.calls} cycles; the maximum is ${MOST_CALLS}.`);
   const fmu = carried.program ? (await admit(carried.program)).fmu : carried.fmu;
   // A program's FMU may have another name here.
   /** @type {Map<string, string>} */
@@ -128,7 +128,7 @@ async function through(bytes, stream, most) {
   let length = 0;
   for (let { done, value } = await reader.read(); !done && value; { done, value } = await reader.read()) {
     length += value.length;
-    if (length > most) throw new EngineError(`It is larger than ${most} bytes.`);
+    if (length > most) throw new EngineError(`The link's content is larger than ${most} bytes.`);
     parts.push(value);
   }
   const whole = new Uint8Array(length);

@@ -40,7 +40,7 @@ export function mount(content) {
   const search = element("input", {
     type: "search",
     placeholder: "Filter by name, title or block",
-    "aria-label": "Filter the loops by name or block",
+    "aria-label": "Filter the loops by name, title or block",
     oninput: () => {
       filter = search.value.toLowerCase();
       page = 0;
@@ -163,7 +163,7 @@ function showExamples(within) {
     within,
     doors(),
     recent(within),
-    element("h2", "Examples: click one, and it runs"),
+    element("h2", "Examples: click one to run it"),
     cards((known) => openKnown(known).catch(store.say)),
   );
 }
@@ -192,7 +192,7 @@ function doors() {
   const run = () => first && openKnown(first).catch(store.say);
   return element(
     "div.doors",
-    element("button.door", { onclick: run }, words("Try a loop", "A furnace runs at once: change GAIN, run it again")),
+    element("button.door", { onclick: run }, words("Try a loop", "A furnace runs immediately: change GAIN, run it again")),
     element(
       "label.door.button",
       { for: "open-files" },
@@ -217,7 +217,7 @@ function recent(within) {
   };
   return element(
     "div.recent",
-    element("h2", "Go on where you were"),
+    element("h2", "Continue where you left off"),
     element(
       "ul",
       sessions.map((session) =>
@@ -229,7 +229,7 @@ function recent(within) {
         ),
       ),
     ),
-    element("p.faint", "The last five are kept in this browser, on this computer."),
+    element("p.faint", "The last five sessions are kept in this browser, on this computer."),
   );
 }
 
@@ -473,7 +473,7 @@ function showRows(list, search) {
         element("span", `${from + 1} to ${from + shown.length} of ${found.length}`),
         pageButton(list, search, "Next", 1, page < pages - 1),
       ),
-    all.length > 0 && found.length === 0 && element("p.faint", "No loop has this name or block."),
+    all.length > 0 && found.length === 0 && element("p.faint", "No loop has this name, title or block."),
   );
   if (focused) /** @type {HTMLElement | null} */ (list.querySelector(`[data-row="${focused}"]`))?.focus();
 }
@@ -527,7 +527,7 @@ function showRow(row, number) {
       "td",
       {
         class: warnings ? "note" : "faint",
-        title: warnings && `${row.warnings} ${row.warnings === 1 ? "remark" : "remarks"} of the block on its settings`,
+        title: warnings && `${row.warnings} ${row.warnings === 1 ? "remark" : "remarks"} from the block on its settings`,
       },
       state,
     ),
@@ -611,7 +611,7 @@ function closeFile(file) {
   if (changed.length === 0) close();
   else
     store.emit("question", {
-      text: `${file.name} has changes that are not in a file: ${changed.join(", ")}. Close it anyway?`,
+      text: `${file.name} has changes that are not saved in a file: ${changed.join(", ")}. Close it anyway?`,
       ...{ yes: "Close it", no: "Keep it", act: close },
     });
 }

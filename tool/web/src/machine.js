@@ -47,7 +47,7 @@ export async function openWith(program, machine, plant) {
   await choose(answer.fmu);
   const wires = loop.connections.length;
   store.say(
-    `${machine} runs with ${plant} as its plant: ${wires} connections by equal names. Plant shows them, and changes them.`,
+    `${machine} runs with ${plant} as its plant: ${wires} connections by matching names. The Plant tab shows and edits them.`,
   );
   return loop;
 }
@@ -74,7 +74,7 @@ export async function withPrograms(known, files) {
     if (!fmu) {
       // Show problems at their lines.
       await translate(whole);
-      throw new EngineError(`The program ${member} was refused.`);
+      throw new EngineError(`The program ${member} was rejected.`);
     }
     made.set(member, fmu);
   }

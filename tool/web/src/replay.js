@@ -118,7 +118,7 @@ function show() {
   const loop = store.loop;
   const about = loop
     ? `A CSV recorded on the plant (time, setpoint, process value, manipulated value ...) goes through ${loop.description.block} with the parameters of ${loop.name}.`
-    : "Open or make a loop first: a recording is replayed through its block.";
+    : "Open or create a loop first: a recording is replayed through its block.";
   fill(
     body,
     element("p.faint", about),

@@ -500,7 +500,7 @@ export const store = {
   /** Begins a run of the shown loop with the values in force. */
   async begin() {
     const loop = store.loop;
-    if (!loop) throw new EngineError("Open or make a loop first.");
+    if (!loop) throw new EngineError("Open or create a loop first.");
     const setup = store.setup();
     let state = await ask({ do: "start", ...setup });
     // Variables stay forced until released, except those that the loop no longer has.
