@@ -1,4 +1,4 @@
-//! `plcfmu build`: packs the FMUs of the workspace that it is called in, or a PLC program in SCL.
+//! `plcfmu build`: packs the FMUs of the current workspace, or a PLC program in SCL.
 
 use super::print;
 use crate::build::compile::GLIBC;
@@ -20,7 +20,7 @@ pub struct Options {
     pack: pack::Options,
     #[command(flatten)]
     program: package::program::Options,
-    /// First replace the crate's copy of plcfmu's sources (its folder plcfmu) by that of this version
+    /// First replace the crate's copy of the plcfmu sources (its folder plcfmu) with this version's
     #[arg(long)]
     update: bool,
 }
@@ -61,12 +61,12 @@ pub fn run(options: &Options) -> Result<()> {
         return print(&format!("{}\n", path.display()));
     }
     options.program.refuse()?;
-    // A folder may have the name of the package in it.
+    // A folder may have the same name as the package in it.
     let mut files = names.iter().map(Path::new).filter(|file| !file.is_dir());
     if let Some(told) = files.find_map(program::instead) {
         bail!(told);
     }
-    // No package has a dot in its name.
+    // Package names contain no dots.
     if let Some(file) = names.iter().find(|name| name.contains('.')) {
         bail!(
             "{file} is neither a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a package of a workspace"
@@ -86,7 +86,7 @@ pub fn run(options: &Options) -> Result<()> {
     pack::run(&workspace, &options.pack)
 }
 
-/// Says which glibc a packed program needs, if it is a newer one than that of every Linux.
+/// Notes which glibc a packed program needs if it is newer than [`GLIBC`].
 fn note_glibc(path: &Path) -> Result<()> {
     let mut package = Package::open(path)?;
     for library in package.libraries.clone() {

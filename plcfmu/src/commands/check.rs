@@ -23,24 +23,24 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use study::Interrupted;
 
-/// Check FMU files, whoever made them, or a program in SCL
+/// Check FMU files from any vendor, or a program in SCL
 ///
 /// Reads the archive, the model description and the libraries, and reports each problem in one sentence. No foreign
 /// code runs unless --run is given.
 ///
-/// All sources of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) and its tag tables (.xml, .xlsx, .sdf) are named together, or the folder in which they are. What is wrong with it is reported with file, line and column, and
-/// so is what its author may not expect: a temporary that is read before it is written, a REAL compared for equality, a
-/// conversion that loses something.
+/// Name all sources of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) and its tag tables (.xml, .xlsx, .sdf) together,
+/// or their folder. Errors are reported with file, line and column, and so is anything that the author may not expect:
+/// a temporary that is read before it is written, a REAL compared for equality, a lossy conversion.
 #[derive(clap::Args, Clone, Debug)]
 #[group(skip)] // clap names a group after the type, and that of the programs has the same name
 pub struct Options {
     /// The FMUs, and the sources of a program
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
-    /// Also load this machine's library and let it make some steps: this runs its code
+    /// Also load the library for this machine and make some steps: this runs its code
     #[arg(long)]
     pub run: bool,
-    /// Print what was found as JSON, for scripts
+    /// Print the findings as JSON, for scripts
     #[arg(long)]
     pub json: bool,
     /// Time limit for an FMU with --run, in seconds
@@ -54,7 +54,7 @@ pub struct Options {
 /// Checks FMUs and a program, and prints a description of each and its problems.
 ///
 /// # Errors
-/// The number of faulty FMUs, or that the program is faulty; the problems have been printed.
+/// FMUs or the program are faulty; the problems have been printed.
 pub fn run(options: &Options) -> Result<()> {
     let (sources, fmus): (Vec<PathBuf>, Vec<PathBuf>) =
         options.files.iter().cloned().partition(|file| program::is_part(file));
@@ -148,7 +148,7 @@ fn check_program(sources: &[PathBuf], options: &packing::Options, is_json: bool)
     print(&format!("no errors, {warnings} warning{plural}; {runs}{remark}"))
 }
 
-/// Problems for scripts.
+/// The problems as JSON, for scripts.
 fn findings(problems: &[Problems]) -> Vec<Value> {
     let finding = |file: &str, problem: &Problem| {
         json!({
@@ -174,7 +174,7 @@ struct Verdict {
     departures: Vec<String>,
     /// Features that are allowed but may surprise.
     remarks: Vec<String>,
-    /// Its libraries, a line each.
+    /// Its libraries, one per line.
     libraries: Vec<String>,
     /// The result of its run, or the reason why it was not run.
     run: Option<String>,
@@ -183,7 +183,7 @@ struct Verdict {
 }
 
 impl Verdict {
-    /// For people.
+    /// The result as text.
     fn text(&self) -> String {
         let errors = self.errors.iter().map(|error| format!("WRONG: {error}"));
         let remarks = self.remarks.iter().map(|remark| format!("remark: {remark}"));
@@ -197,7 +197,7 @@ impl Verdict {
         };
         let lines = self.what.iter().cloned().chain(errors).chain(departures).chain(remarks).chain(others);
         let lines = lines.chain(untried).chain(verdict);
-        // Names in an archive may have characters that a terminal takes for orders.
+        // Names in an archive may contain characters that a terminal interprets as commands.
         plain(&format!("{}\n{}", self.file, lines.map(|line| format!("  {line}\n")).collect::<String>()))
     }
 }
@@ -220,7 +220,7 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
         let glibc = binary.glibc.as_ref().map_or(String::new(), needs);
         verdict.libraries.push(format!("{}: {}{glibc}", file.path, functions(binary, &package.description)));
     }
-    // The code of an FMU that is wrong is not run. One that this machine or this host cannot run may be right.
+    // The code of a faulty FMU is not run. An FMU that this machine or host cannot run may still be correct.
     match (starter.filter(|_| verdict.errors.is_empty()), host::fmu::library(&package)) {
         (None, _) => {}
         (Some(_), Err(why)) => verdict.run = Some(format!("not run: {why:#}")),
@@ -236,7 +236,7 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     verdict
 }
 
-/// A summary of an FMU in one line, whatever its texts contain.
+/// A one-line summary of an FMU, whatever its strings contain.
 fn headline(description: &Description) -> String {
     format!(
         "{:?}: FMI {} for {}, {} variables, GUID {:?}",

@@ -1,4 +1,4 @@
-//! The hidden command of the processes that run foreign code, see [`host::child`].
+//! The hidden command that runs foreign code in a separate process, see [`host::child`].
 
 use crate::linked;
 use crate::package::apart;
@@ -9,10 +9,10 @@ use host::child::run as simulation;
 use std::path::PathBuf;
 use study::worker;
 
-/// A request of another process of plcfmu.
+/// A request from another plcfmu process.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
-    /// What the process is for
+    /// The role of the process
     role: String,
     /// Where FMUs are unpacked
     folder: PathBuf,
@@ -21,7 +21,7 @@ pub struct Options {
 /// Carries out the requests on standard input until it ends.
 ///
 /// # Errors
-/// The role does not exist, or the other side has ended.
+/// The role does not exist, or the other side has closed the connection.
 pub fn run(options: &Options) -> Result<()> {
     match options.role.as_str() {
         simulation::ROLE => simulation::child(&options.folder),

@@ -10,7 +10,7 @@ use std::io;
 #[derive(clap::Args, Debug)]
 pub struct Options {}
 
-/// The content of standard input: a value of each signal for every row; `null` is not a number.
+/// The content of standard input: one value of each signal per row, `null` for NaN.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Recorded {
@@ -18,9 +18,9 @@ struct Recorded {
     times: Vec<f64>,
     setpoint: Vec<Option<f64>>,
     process_value: Vec<Option<f64>>,
-    /// Empty without one.
+    /// Empty if there is none.
     manipulated_value: Vec<Option<f64>>,
-    /// The values of the setpoint step with which the rows begin: before and after.
+    /// The setpoint before and after the step with which the rows begin.
     step: (f64, f64),
     /// The times of disturbances, in seconds.
     #[serde(default)]
@@ -31,7 +31,7 @@ struct Recorded {
     travel_unit: Option<String>,
 }
 
-/// A figure in the answer, which is a list of them.
+/// One figure in the answer, a list of figures.
 #[derive(Serialize)]
 struct Told {
     key: &'static str,

@@ -1,4 +1,4 @@
-//! `plcfmu gains`: gains from other tools as settings of a PLC block, and back.
+//! `plcfmu gains`: converts gains from other tools to the settings of a PLC block, and back.
 
 use super::print;
 use crate::tell;
@@ -48,20 +48,20 @@ pub struct Options {
     /// P (1 + I / s + D N / (1 + N / s)); N is the filter coefficient in 1/s: TM_LAG = 1 / N.
     #[arg(long, value_name = NUMBERS, value_delimiter = ',', group = "source")]
     simulink_ideal: Vec<Given>,
-    /// FB_CTRL_PID or FB_BasicPID of TwinCAT: fKp=2,tTn=20,tTv=2,tTd=0.2
+    /// TwinCAT's FB_CTRL_PID or FB_BasicPID: fKp=2,tTn=20,tTv=2,tTd=0.2
     ///
     /// fKp (1 + 1 / (tTn s) + tTv s / (1 + tTd s)); all times are in seconds.
     #[arg(long, value_name = NUMBERS, value_delimiter = ',', group = "source")]
     twincat: Vec<Given>,
-    /// PID or PID_FIXCYCLE of CODESYS: KP=2,TN=20,TV=2
+    /// CODESYS's PID or PID_FIXCYCLE: KP=2,TN=20,TV=2
     ///
     /// KP (1 + 1 / (TN s) + TV s); the D action has no filter.
     #[arg(long, value_name = NUMBERS, value_delimiter = ',', group = "source")]
     codesys: Vec<Given>,
     /// Settings of the block: GAIN=2,TI=20,TD=2,TM_LAG=0.2
     ///
-    /// GAIN (1 + 1 / (TI s) + TD s / (1 + TM_LAG s)); P_SEL, I_SEL and D_SEL may be FALSE or TRUE. Without them, an action is
-    /// on if its time is given.
+    /// GAIN (1 + 1 / (TI s) + TD s / (1 + TM_LAG s)); P_SEL, I_SEL and D_SEL may be FALSE or TRUE. By default, an
+    /// action is on if its time is given.
     #[arg(long, value_name = NUMBERS, value_delimiter = ',', group = "source")]
     from: Vec<Given>,
     /// The form to convert to
@@ -69,8 +69,8 @@ pub struct Options {
     to: Form,
     /// CYCLE of the block in seconds
     ///
-    /// The block raises TI to at least CYCLE / 2, TD to CYCLE and TM_LAG to CYCLE / 2; remarks say which. With --to and
-    /// another form, the numbers are the block's effective values, rounding included.
+    /// The block raises TI to at least CYCLE / 2, TD to CYCLE and TM_LAG to CYCLE / 2; remarks say which. With --to
+    /// another form, the numbers are the block's effective values, including rounding.
     #[arg(long, value_name = "SECONDS")]
     cycle: Option<f64>,
     /// Print a JSON object; remarks go to standard error
@@ -81,7 +81,7 @@ pub struct Options {
 /// The value name of a form's numbers in the help.
 const NUMBERS: &str = "NAME=NUMBER,...";
 
-/// A number by its name.
+/// A named number.
 #[derive(Clone, Debug)]
 struct Given {
     name: String,
@@ -113,7 +113,7 @@ fn forms() -> impl TypedValueParser<Value = Form> {
 /// Converts and prints.
 ///
 /// # Errors
-/// Numbers that are missing or not possible, or a form that cannot express the controller.
+/// Numbers are missing or invalid, or the form cannot express the controller.
 pub fn run(options: &Options) -> Result<()> {
     let (form, given) = options.source();
     let given: Vec<_> = given.iter().map(|given| (given.name.clone(), given.value)).collect();
@@ -154,7 +154,7 @@ pub fn run(options: &Options) -> Result<()> {
     print(&text)
 }
 
-/// A number in print.
+/// A line of the output.
 struct Line {
     name: &'static str,
     text: String,
@@ -164,7 +164,7 @@ struct Line {
 fn of_block(settings: &Settings) -> Vec<Line> {
     let line = |(name, value)| match value {
         Value::Bool(is_on) => Line { name, text: if is_on { "TRUE" } else { "FALSE" }.into(), json: is_on.into() },
-        // The shortest decimal that is this REAL.
+        // The shortest decimal that reads back as this REAL.
         Value::Real(real) => {
             let text = real.to_string();
             Line { name, json: text.parse().map_or(serde_json::Value::Null, |number: f64| number.into()), text }
@@ -181,7 +181,7 @@ fn of_form(controller: &Controller, form: Form) -> Result<Vec<Line>> {
 }
 
 impl Options {
-    /// The form that the user gave, and its numbers.
+    /// The form given by the user, and its numbers.
     fn source(&self) -> (Form, &[Given]) {
         let sources = [
             (Form::Parallel, &self.parallel),

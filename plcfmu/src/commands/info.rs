@@ -1,4 +1,4 @@
-//! `plcfmu info`: the kind of an FMU, its requirements, and its variables.
+//! `plcfmu info`: shows an FMU's kind, requirements and variables.
 
 use super::check::kinds;
 use super::{LONGEST_NAME, functions, print, refuse_folders, shown};
@@ -13,9 +13,9 @@ use serde_json::{Map, Value, json};
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 
-/// Show what FMUs are: platforms, capabilities, variables with unit, range and start value
+/// Describe FMUs: platforms, capabilities, variables with unit, range and start value
 ///
-/// Reads any FMU of FMI 2.0 or 3.0. Its code is not run.
+/// Reads any FMI 2.0 or 3.0 FMU. Its code is not run.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     /// The FMUs
@@ -32,16 +32,16 @@ const WIDTH: usize = 100;
 /// The width of the labels before the variables, in characters.
 const LABELS: usize = 14;
 
-/// The minimum width of the last column, in characters. If necessary, lines get longer than [`WIDTH`].
+/// The minimum width of the last column, in characters. Lines exceed [`WIDTH`] if necessary.
 const NARROWEST: usize = 24;
 
 /// The maximum length of a printed description from a foreign FMU, in characters.
 const LONGEST_TEXT: usize = 1000;
 
-/// Prints what FMUs are.
+/// Prints descriptions of FMUs.
 ///
 /// # Errors
-/// A file cannot be read; the others are printed.
+/// A file cannot be read; the other descriptions are printed.
 pub fn run(options: &Options) -> Result<()> {
     refuse_folders(&options.files)?;
     let mut objects = Vec::new();
@@ -62,7 +62,7 @@ pub fn run(options: &Options) -> Result<()> {
     if unreadable.is_empty() { Ok(()) } else { bail!(unreadable.join("\n       ")) }
 }
 
-/// Everything that is printed about an FMU.
+/// The printed information about an FMU.
 #[derive(Debug)]
 struct Fmu {
     description: Description,
@@ -78,7 +78,7 @@ struct Library {
     path: String,
     /// In bytes, unpacked.
     size: usize,
-    /// Its exports and requirements, or the reason why they cannot be read.
+    /// Its exports and requirements, or why they cannot be read.
     binary: Result<Binary>,
 }
 
@@ -88,7 +88,6 @@ fn read(file: &Path) -> Result<Fmu> {
     // FMUs of other tools may contain a file with this name.
     let is_ours = libraries.iter().any(|library| library.binary.as_ref().is_ok_and(|binary| binary.has_table));
     let preset = if is_ours { preset::start(&mut package).transpose() } else { None };
-    // An array in one line.
     Ok(Fmu { description: package.xml.description(), preset, libraries })
 }
 
@@ -434,7 +433,7 @@ fn table(description: &Description) -> String {
     format!("\n  {} variables\n\n{lines}", description.variables.len())
 }
 
-/// A row with aligned cells; the last one is wrapped. `widths` are those of all other columns.
+/// A row with aligned cells; the last one is wrapped. `widths` are the widths of the other columns.
 fn columns(cells: &[String], widths: &[usize]) -> String {
     let mut line = String::from(" ");
     for (cell, width) in cells.iter().zip(widths) {

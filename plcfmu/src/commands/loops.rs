@@ -1,4 +1,4 @@
-//! The loops of parameter files, as `plcfmu params` and `plcfmu preset` take them.
+//! The loops of parameter files, the input of `plcfmu params` and `plcfmu preset`.
 
 use crate::exit::Wrong;
 use crate::parameter_file;
@@ -10,25 +10,26 @@ use parameters::{BlockType, Format, Loop, Options, Problems, Reading};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The files to read, and details that they leave open.
+/// The files to read, and details that they do not specify.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Arguments {
     /// Parameter files, folders with such files, or the address of a data block in a PLC; - is standard input
     ///
-    /// STEP 7 sources (.awl, .scl), TIA Portal sources (.db), TIA Openness XML (.xml), dumps of data blocks (.bin), JSON, SSV, and
-    /// FMUs, whose start values are read. s7://HOST/RACK/SLOT/DBn reads a data block of an S7, such as
+    /// STEP 7 sources (.awl, .scl), TIA Portal sources (.db), TIA Openness XML (.xml), dumps of data blocks (.bin),
+    /// JSON, SSV, and FMUs, whose start values are read. s7://HOST/RACK/SLOT/DBn reads a data block of an S7, such as
     /// s7://192.168.0.1/0/2/DB41, with --block. In a folder, files with parameters are read, except dumps and FMUs.
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<String>,
     /// FMUs, or folders with FMUs
     ///
-    /// A file may contain their blocks, even if they are blocks of your own; the libraries of these are loaded, in a process of their own.
+    /// A file may contain the blocks of these FMUs, including your own blocks, whose libraries are loaded in a separate
+    /// process.
     #[arg(long, value_name = "FOLDER|FILE.fmu")]
     pub fmus: Vec<PathBuf>,
-    /// The block of the loops, if the file does not specify it: its name, or FB 41 and the like
+    /// The block of the loops, if the file does not specify it: its name, or a number such as FB 41
     #[arg(long)]
     pub block: Option<String>,
-    /// The loop: one of several, or the name of one to which the file gives none; may be repeated
+    /// The loop to select, or the name of a loop that the file leaves unnamed; may be repeated
     #[arg(long = "loop", value_name = "NAME")]
     pub names: Vec<String>,
     /// The offset of the instance in a dump or a PLC's data block, in bytes
@@ -37,7 +38,7 @@ pub struct Arguments {
     /// The format of the files, if their extensions do not show it: awl, scl, db, xml, bin, json, ssv
     #[arg(long, value_parser = format)]
     pub format: Option<Format>,
-    /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252
+    /// The encoding of text files, such as windows-1251, if not UTF-8, UTF-16 or windows-1252
     #[arg(long)]
     pub encoding: Option<String>,
 }
@@ -53,7 +54,7 @@ fn format(extension: &str) -> Result<Format, String> {
 /// The loops that could be read, and why others could not.
 #[derive(Debug, Default)]
 pub struct Found {
-    /// Those that are right.
+    /// The valid loops.
     pub loops: Vec<Loop>,
     /// The problems of other loops.
     pub errors: Vec<Error>,
@@ -63,7 +64,7 @@ impl Found {
     /// Reports the problems of loops that could not be read.
     ///
     /// # Errors
-    /// Loops that cannot be read; the last error is returned, not printed.
+    /// A loop could not be read; the last error is returned, not printed.
     pub fn finish(mut self) -> Result<()> {
         let Some(last) = self.errors.pop() else { return Ok(()) };
         for error in self.errors {
@@ -74,7 +75,7 @@ impl Found {
 }
 
 impl Arguments {
-    /// The blocks that files may contain: those that are known, and those of the FMUs that are named.
+    /// The blocks that files may contain: the known blocks, and those of the named FMUs.
     ///
     /// # Errors
     /// An FMU cannot be read, or its library, which is loaded in a separate process, does not contain a table.
@@ -85,7 +86,7 @@ impl Arguments {
             let mut package = Package::open(&path).with_context(shown)?;
             let is_known = blocks.iter().any(|block| parameter_file::is_of(&package.description, block));
             let is_named = self.fmus.contains(&path);
-            // A folder may have FMUs that no parameter file is about.
+            // A folder may contain FMUs that have nothing to do with parameter files.
             if !is_known && (is_named || has_table(&mut package).unwrap_or(false)) {
                 blocks.push(Arc::new(parameter_file::block_of_library(&path).with_context(shown)?));
             }
@@ -93,7 +94,8 @@ impl Arguments {
         Ok(blocks)
     }
 
-    /// The loops of all files with one of the names, or all without names. Remarks on the files are printed.
+    /// The loops of all files that have one of the names, or all loops if no name is given. Prints remarks on the
+    /// files.
     ///
     /// # Errors
     /// No such loop, or an option that does not suit the files.
@@ -139,7 +141,7 @@ impl Arguments {
         Ok(())
     }
 
-    /// Reads the files of a folder, in the order of their names. One that has no loops is passed over.
+    /// Reads the files of a folder in name order, skipping files without loops.
     fn read_folder(&self, folder: &Path, blocks: &[Arc<BlockType>], found: &mut Found) -> Result<()> {
         let before = (found.loops.len(), found.errors.len());
         for path in entries(folder)? {
@@ -173,7 +175,7 @@ impl Found {
     }
 }
 
-/// The FMUs that are named, and those in folders that are named.
+/// The named FMUs, and those in the named folders.
 ///
 /// # Errors
 /// A folder cannot be read, or has no FMU.

@@ -1,4 +1,4 @@
-//! `plcfmu completions` and `plcfmu manual`: descriptions of the command for shells and `man`.
+//! `plcfmu completions` and `plcfmu manual`: shell completions and manual pages.
 
 use super::print;
 use anyhow::{Context, Result};
@@ -7,7 +7,7 @@ use clap_complete::{Shell, generate};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Print what a shell needs to complete the options of plcfmu
+/// Print the completions of plcfmu for a shell
 ///
 /// For bash: plcfmu completions bash > ~/.local/share/bash-completion/completions/plcfmu
 #[derive(clap::Args, Clone, Debug)]
@@ -47,7 +47,7 @@ pub fn manual(options: &Manual, mut command: Command) -> Result<()> {
     pages(&options.out, &command, "plcfmu")
 }
 
-/// Writes the page of a command and those of the commands in it.
+/// Writes the page of a command and the pages of its subcommands.
 fn pages(folder: &Path, command: &Command, name: &str) -> Result<()> {
     let file = folder.join(format!("{name}.1"));
     let mut text = Vec::new();

@@ -1,7 +1,7 @@
 //! `plcfmu mcp`: the commands for agents and editors, over the Model Context Protocol.
 //!
-//! A tool is the command of the same name, called in a separate process: one that hangs, crashes or prints too much is
-//! ended, and the server continues. A tool's arguments are derived from the options of its command.
+//! Each tool runs the command of the same name in a separate process, so the server survives a command that hangs,
+//! crashes or prints too much. The tool's arguments are derived from the command's options.
 
 mod folder;
 mod offer;
@@ -37,16 +37,16 @@ const INSTRUCTIONS: &str = "PLC programs (SCL, LAD, FBD, data blocks and tag tab
     print a program as SCL, build an FMU of it, test its logic, run it with values over time. Paths are relative to the folder in which \
     plcfmu was started, and lie in it. A program is named by all its files together, or by their folder.";
 
-/// The most that a command may print, in bytes.
+/// The maximum output of a command, in bytes.
 const LONGEST: u64 = 16 << 20;
 
 /// Serve agents and editors with check, show, build, test and run (Model Context Protocol)
 ///
-/// Speaks over standard input and output, and serves the files of the folder in which it is started: no path leads out of it. The tool
-/// `run` executes the native code of FMUs: start the server where you trust the FMUs.
+/// Communicates over standard input and output, and serves only the files in the folder in which it is started. The
+/// tool `run` executes the native code of FMUs: start the server only where you trust the FMUs.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
-    /// Time limit for the call of a tool, in seconds
+    /// Time limit for a tool call, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
 }
@@ -80,7 +80,7 @@ pub fn run(options: &Options) -> Result<()> {
             () = interruption => bail!(Interrupted("the server has ended".into())),
         }
     });
-    // A thread may still wait for standard input.
+    // A thread may still be waiting for standard input.
     runtime.shutdown_background();
     done
 }
@@ -89,7 +89,7 @@ struct Server {
     program: PathBuf,
     folder: Folder,
     limit: Duration,
-    /// One command at a time: a thousand requests are no thousand processes.
+    /// Runs one command at a time: a thousand requests must not start a thousand processes.
     turn: Mutex<()>,
 }
 
@@ -120,7 +120,7 @@ impl ServerHandler for Server {
         let given = request.arguments.unwrap_or_default();
         let answer = select! {
             answer = self.answer(offer, &given) => answer,
-            // The client no longer waits for it.
+            // The client is no longer waiting for the answer.
             () = context.ct.cancelled() => return Err(ErrorData::internal_error("cancelled", None)),
         };
         let refused = |error| CallToolResult::error(vec![ContentBlock::text(format!("{error:#}"))]);
@@ -150,14 +150,14 @@ impl Server {
             format!("{} was ended after {seconds} s; 'plcfmu mcp --time-limit SECONDS' allows more", offer.name)
         };
         let (printed, told, status) = ended.await.ok().with_context(slow)??;
-        // Findings in JSON are an answer.
+        // Findings in JSON are an answer even if the command fails.
         let is_answer = status.success() || offer.is_json && !printed.is_empty();
         let texts = [printed, told].into_iter().filter(|text| !text.is_empty()).map(ContentBlock::text).collect();
         Ok(if is_answer { CallToolResult::success(texts) } else { CallToolResult::error(texts) })
     }
 }
 
-/// All that comes through a pipe.
+/// Reads a pipe to its end.
 async fn read(pipe: Option<impl AsyncRead + Unpin>) -> Result<String> {
     let mut bytes = Vec::new();
     let pipe = pipe.context("the process has no output")?;

@@ -1,4 +1,4 @@
-//! `plcfmu merge`: one FMU for several platforms out of FMUs for one each.
+//! `plcfmu merge`: joins FMUs for single platforms into one for all of them.
 
 use super::{print, replacing};
 use crate::package::check;
@@ -16,7 +16,7 @@ pub struct Options {
     /// The FMUs
     #[arg(value_name = "FILE.fmu", required = true, num_args = 2..)]
     pub files: Vec<PathBuf>,
-    /// The FMU to write; it may be one of the others
+    /// The FMU to write; it may be one of the inputs
     #[arg(short, long = "out", value_name = "FILE.fmu")]
     pub out: PathBuf,
 }
@@ -24,7 +24,7 @@ pub struct Options {
 /// Merges.
 ///
 /// # Errors
-/// An FMU is faulty, or two do not match. An existing file is kept then.
+/// An FMU is faulty, or two do not match; an existing file is kept.
 pub fn run(options: &Options) -> Result<()> {
     let mut packages = Vec::new();
     for file in &options.files {

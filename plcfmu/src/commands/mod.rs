@@ -1,4 +1,4 @@
-//! The commands of `plcfmu`, a module each: their options and their output.
+//! The commands of `plcfmu`, one module each: their options and output.
 
 pub mod build;
 pub mod check;
@@ -39,10 +39,10 @@ use std::io::{ErrorKind, Write, stdout};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The longest name that is printed of a foreign FMU, in characters.
+/// The maximum length of a name printed from a foreign FMU, in characters.
 const LONGEST_NAME: usize = 60;
 
-/// Writes to standard output. A reader that has seen enough, such as `head`, is not an error.
+/// Writes to standard output. A reader that stops early, such as `head`, is not an error.
 fn print(text: &str) -> Result<()> {
     ensure_standard_output()?;
     match stdout().write_all(text.as_bytes()) {
@@ -51,13 +51,13 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// If standard output is closed, output is discarded.
+/// Refuses a closed standard output, which would discard all output.
 fn ensure_standard_output() -> Result<()> {
     ensure!(!is_closed(), "standard output is closed: direct it to a file, or to /dev/null");
     Ok(())
 }
 
-/// Writes a file named by the user, and notes if it replaces another: the comments and manual changes in that file are
+/// Writes a file named by the user, and prints a note if it replaces another, whose comments and manual changes are
 /// lost.
 fn replacing(file: &Path, write: impl FnOnce() -> Result<()>) -> Result<()> {
     let was_there = file.is_file();
@@ -68,7 +68,7 @@ fn replacing(file: &Path, write: impl FnOnce() -> Result<()>) -> Result<()> {
     Ok(())
 }
 
-/// Refuses an FMU or a program where the description of a study is read.
+/// Refuses an FMU or a program where a study is expected.
 fn ensure_study(file: &Path) -> Result<()> {
     let shown = file.display();
     let is_fmu = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));
@@ -79,7 +79,7 @@ fn ensure_study(file: &Path) -> Result<()> {
 
 /// Rows of cells in columns as wide as their widest cell.
 fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
-    // A name may have characters that a terminal takes for orders.
+    // A name may contain characters that a terminal interprets as commands.
     let rows: Vec<[String; N]> = rows.iter().map(|row| row.each_ref().map(|cell| plain(cell))).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
     let widths: [usize; N] = std::array::from_fn(width);
@@ -112,7 +112,7 @@ fn told_once(told: impl IntoIterator<Item = (String, String)>) -> Vec<String> {
     sentences.into_iter().map(line).collect()
 }
 
-/// The options of the workers that make the runs of a study.
+/// The options of the workers that run a study.
 #[derive(clap::Args, Clone, Debug)]
 struct WorkerOptions {
     /// Number of worker processes [default: one for each core]
@@ -121,8 +121,8 @@ struct WorkerOptions {
     /// Time limit for one run, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
-    /// Call the libraries of all FMUs through FMI's C interface; by default, plcfmu runs its own copy of the blocks if
-    /// it has them all, built from the same sources: the same bits, faster
+    /// Call the libraries of all FMUs through FMI's C interface; by default, plcfmu runs its own, faster copy of the
+    /// blocks if it has all of them, built from the same sources: the results are bit-identical
     #[arg(long)]
     exact_door: bool,
 }
@@ -140,7 +140,7 @@ impl WorkerOptions {
     }
 }
 
-/// Parses how long FMUs may take, in seconds.
+/// Parses a time limit, in seconds.
 fn time_limit(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
@@ -148,7 +148,7 @@ fn time_limit(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Refuses folders where FMUs are needed.
+/// Refuses folders where FMUs are expected.
 fn refuse_folders(files: &[PathBuf]) -> Result<()> {
     let folder = files.iter().find(|file| file.is_dir());
     folder.map_or(Ok(()), |folder| {
@@ -158,14 +158,14 @@ fn refuse_folders(files: &[PathBuf]) -> Result<()> {
     })
 }
 
-/// The functions of its FMU's version of FMI that a library exports. It may export functions of other versions too.
+/// The number of exported functions of the FMU's FMI version. A library may also export functions of other versions.
 fn functions(binary: &Binary, description: &Description) -> String {
     let prefix = if description.is_fmi_3() { library::v3::PREFIX } else { library::PREFIX };
     let count = binary.functions.iter().filter(|name| name.starts_with(prefix)).count();
     format!("{count} functions of FMI {}", description.fmi_version)
 }
 
-/// A text from a foreign FMU, safe to print: at most `longest` characters, on one line, without control characters.
+/// A string from a foreign FMU, safe to print: at most `longest` characters, on one line, without control characters.
 fn shown(text: &str, longest: usize) -> String {
     let mut shown = String::new();
     for (place, character) in text.chars().enumerate() {

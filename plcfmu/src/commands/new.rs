@@ -11,13 +11,13 @@ use std::path::{Path, PathBuf};
 pub struct Options {
     /// The crate's name, such as my_block; its FMU is MY_BLOCK.fmu
     name: String,
-    /// Make a PLC program in SCL with a test of its logic, in place of a crate in Rust
+    /// Create a PLC program in SCL with a test of its logic, instead of a Rust crate
     #[arg(long, conflicts_with = "license")]
     scl: bool,
-    /// The block's licence, an SPDX expression such as MIT; asked for on a terminal, otherwise left open
+    /// The block's licence, an SPDX expression such as MIT; prompted for on a terminal, otherwise left open
     #[arg(long, value_name = "SPDX")]
     license: Option<String>,
-    /// The folder to make [default: NAME in the current folder]
+    /// The folder to create [default: NAME in the current folder]
     #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -50,7 +50,7 @@ pub fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Makes a program with its test.
+/// Creates a program with its test.
 fn make_program(names: &Names, path: Option<&Path>) -> Result<()> {
     let (name, block) = (&names.package, &names.block);
     let folder = path.unwrap_or(Path::new(name));
@@ -71,7 +71,7 @@ fn make_program(names: &Names, path: Option<&Path>) -> Result<()> {
     Ok(())
 }
 
-/// A path as a shell takes it for one word.
+/// A path, quoted for a shell if necessary.
 fn quoted(path: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "/\\._-+:".contains(c);
     if path.chars().all(is_plain) { path.into() } else { format!("\"{path}\"") }

@@ -1,4 +1,4 @@
-//! `plcfmu params`: the values of a PLC's parameter files, shown, converted and compared.
+//! `plcfmu params`: shows, converts and compares the values of PLC parameter files.
 
 use super::loops::Arguments;
 use super::{aligned, print, replacing, told_once};
@@ -17,9 +17,9 @@ use std::sync::Arc;
 
 /// Show, convert and compare the parameters of control loops
 ///
-/// A TIME is in seconds. A loop that cannot be read does not cost the others; the exit code is 3 then.
+/// A TIME is in seconds. A loop that cannot be read does not affect the others, but the exit code is 3.
 ///
-/// Nothing is ever written to a PLC, on purpose: write a source text with --out, and load it with the engineering tool.
+/// By design, nothing is ever written to a PLC: write a source with --out, and load it with the engineering tool.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     #[allow(missing_docs)]
@@ -85,7 +85,7 @@ fn compare(options: &Options, other: &str, before: &[Loop], blocks: &[Arc<BlockT
     if differences.is_empty() { Ok(()) } else { Err(Error::new(Differs)) }
 }
 
-/// Writes the loops beside the file's place, and renames that.
+/// Writes the loops to a temporary file, and renames it to the target.
 fn write(target: &str, options: &Options, loops: &[Loop]) -> Result<()> {
     check_target(target)?;
     let Arguments { files, fmus, .. } = &options.loops;
@@ -108,7 +108,7 @@ fn write(target: &str, options: &Options, loops: &[Loop]) -> Result<()> {
     print(&format!("{target}: {} loop{plural}, {values} values\n", loops.len()))
 }
 
-/// All values, a line each.
+/// All values, one per line.
 fn table(loops: &[Loop]) -> String {
     let head = ["Loop", "Block", "Parameter", "Value", "Unit", "Start", "Origin"];
     let mut rows = vec![head.map(str::to_string)];
@@ -132,13 +132,13 @@ fn table(loops: &[Loop]) -> String {
 /// The differences between two files, as printed by `--json`.
 #[derive(Debug, Default, Serialize)]
 struct Differences {
-    /// Values that are different, bit for bit.
+    /// Values that differ in any bit.
     differences: Vec<Difference>,
-    /// Loops that are in one of the files only.
+    /// Loops in only one of the files.
     only_in: Vec<Alone>,
 }
 
-/// A value that is different.
+/// A value that differs.
 #[derive(Debug, Serialize)]
 struct Difference {
     #[serde(rename = "loop")]
@@ -149,7 +149,7 @@ struct Difference {
     unit: Option<String>,
 }
 
-/// A loop that the other file does not have.
+/// A loop missing from the other file.
 #[derive(Debug, Serialize)]
 struct Alone {
     #[serde(rename = "loop")]
@@ -162,7 +162,7 @@ impl Differences {
         self.differences.is_empty() && self.only_in.is_empty()
     }
 
-    /// For people: a line each.
+    /// The differences as text, one per line.
     fn text(&self) -> String {
         let mut rows = vec![["Loop", "Parameter", "Before", "After", "Unit"].map(str::to_string)];
         for Difference { of, parameter, before, after, unit } in &self.differences {
@@ -217,7 +217,7 @@ fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<Differ
     Ok(all)
 }
 
-/// Bit for bit.
+/// Whether two values have the same kind and the same bits.
 fn is_same(one: Value, other: Value) -> bool {
     one.kind() == other.kind() && number(one).to_bits() == number(other).to_bits()
 }

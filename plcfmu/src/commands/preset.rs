@@ -1,4 +1,4 @@
-//! `plcfmu preset`: FMUs with the start values of a project's loops.
+//! `plcfmu preset`: makes FMUs with the start values of a project's loops.
 
 use super::loops::{self, Arguments};
 use super::{aligned, print, replacing, told_once};
@@ -21,22 +21,23 @@ use std::path::{Path, PathBuf};
 
 /// Make FMUs that start from the parameters of a PLC project
 ///
-/// A preset is an FMU whose start values are those of a loop: a simulation that sets nothing runs with the plant's parameters. It
-/// needs no compiler, and the library stays unchanged. An FMU of a preset refuses to start if its resources/start.txt was
-/// changed by hand; `plcfmu check` finds any change. Each preset is started once, in a process of its own: one that the FMU
-/// refuses is not made.
+/// A preset is an FMU whose start values are those of a loop: a simulation that sets nothing runs with the plant's
+/// parameters. No compiler is needed, and the library stays unchanged. A preset refuses to start if its
+/// resources/start.txt was edited; `plcfmu check` finds any change. Each preset is started once in a separate process:
+/// if the FMU refuses one, nothing is written.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(after_help = HELP)]
 pub struct Options {
     #[command(flatten)]
     loops: Arguments,
-    /// Give an input or a parameter another value, over that of the file; TIME in seconds; may be repeated
+    /// Set an input or a parameter, overriding the file; a TIME is in seconds; may be repeated
     #[arg(short, long, value_name = "VARIABLE=VALUE", value_parser = setting, allow_hyphen_values = true)]
     set: Vec<(String, f64)>,
-    /// The FMU to write, for one loop; or the folder, where each FMU has the name of its loop [default: the current folder]
+    /// The FMU to write, for one loop; or a folder, in which each FMU is named after its loop [default: the current
+    /// folder]
     #[arg(short, long, value_name = "FILE.fmu|FOLDER")]
     out: Option<PathBuf>,
-    /// Print what was made as JSON, for scripts
+    /// Print the list of presets as JSON, for scripts
     #[arg(long)]
     json: bool,
 }
@@ -58,7 +59,7 @@ fn setting(argument: &str) -> Result<(String, f64)> {
     Ok((name.to_string(), value))
 }
 
-/// An FMU as the source of presets, and its file.
+/// An FMU from which presets are made, and its file.
 struct Fmu {
     path: PathBuf,
     original: Original<BufReader<File>>,
@@ -89,7 +90,7 @@ struct Told<'a> {
 /// read, the presets of the others are written.
 pub fn run(options: &Options) -> Result<()> {
     let mut arguments = options.loops.clone();
-    // The originals of presets: the FMUs named, or those whose start values are read.
+    // Presets are made from the named FMUs, or from those whose start values are read.
     let is_fmu = |file: &&String| file.to_lowercase().ends_with(".fmu");
     let sources: Vec<PathBuf> = if arguments.fmus.is_empty() {
         arguments.files.iter().filter(is_fmu).map(PathBuf::from).collect()
@@ -112,7 +113,7 @@ pub fn run(options: &Options) -> Result<()> {
     if let (Some(name), [_], true) =
         (name, arguments.files.as_slice(), arguments.files.iter().all(|file| is_fmu(&file)))
     {
-        // The preset of an FMU is named after its file.
+        // A preset made from an FMU alone is named after its output file.
         arguments.names = vec![name.to_string_lossy().into_owned()];
     }
     let mut found = arguments.read(&arguments.blocks()?)?;
@@ -138,7 +139,7 @@ pub fn run(options: &Options) -> Result<()> {
     start(&made)?;
     let pending = made.iter().map(|Made { preset, path, .. }| write(preset, path)).collect::<Result<Vec<_>>>()?;
     for preset in pending {
-        // In a folder, presets are replaced like the results of a build.
+        // In a folder, presets are replaced without a note, like the results of a build.
         match options.out.as_deref().filter(|_| name.is_some()) {
             Some(file) => replacing(file, || preset.finish())?,
             None => preset.finish()?,
@@ -195,7 +196,7 @@ fn tell_of(made: &[Made], is_json: bool) -> Result<()> {
     Ok(())
 }
 
-/// Changes the values of variables of a loop.
+/// Sets variables of a loop.
 fn set(values: &mut Loop, settings: &[(String, f64)]) -> Result<()> {
     for (place, (name, number)) in settings.iter().enumerate() {
         let is_same = |(other, _): &(String, f64)| other.eq_ignore_ascii_case(name);
@@ -210,7 +211,7 @@ fn set(values: &mut Loop, settings: &[(String, f64)]) -> Result<()> {
     Ok(())
 }
 
-/// Opens the FMUs. Presets are passed over unless they are named.
+/// Opens the FMUs, skipping presets that are not named.
 fn open(files: &[PathBuf], named: &[PathBuf]) -> Result<Vec<Fmu>> {
     let mut fmus = Vec::new();
     for path in files {
@@ -233,7 +234,7 @@ fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>
     let mut names: BTreeMap<String, &str> = BTreeMap::new();
     for values in loops {
         let identifier = identifier(&values.name);
-        // Case does not count on Windows and macOS.
+        // Windows and macOS ignore case in file names.
         if let Some(other) = names.insert(identifier.to_lowercase(), &values.name) {
             bail!(
                 "the loops {other:?} and {:?} would both be written as {identifier}.fmu: make one with --loop and --out",
@@ -272,7 +273,7 @@ fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
     Ok(())
 }
 
-/// Writes a preset beside its place, if it reads back as it should.
+/// Writes a preset next to its destination, and checks that its start values can be read back.
 fn write(preset: &Preset, path: &Path) -> Result<Pending> {
     Pending::write(
         path,

@@ -1,4 +1,4 @@
-//! `plcfmu prove`: a source that compares a PLC's own block with the law of ours, and its result.
+//! `plcfmu prove`: writes a source that compares a PLC's own block with our law, and reads its result.
 
 use super::{print, replacing};
 use crate::exit::{Differs, Unreadable};
@@ -11,38 +11,38 @@ use scl::prove::{self, MOST_CALLS, Names, Outcome, RESULT_BYTES, State, Tape};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Write a source that compares a PLC's own block with this one, call by call, and read the result
+/// Write a source that compares a PLC's own block with plcfmu's, call by call, and read the result
 ///
-/// The source has a tape of inputs with the bits that each output must have, and a function block that makes one call in each
-/// cycle of the PLC, or of PLCSIM, and stops at the first difference. --read says what it found.
+/// The source contains a tape of inputs with the expected bits of each output, and a function block that makes one call
+/// per cycle of the PLC, or of PLCSIM, and stops at the first difference. --read reports the result.
 #[derive(clap::Args, Clone, Debug)]
 #[command(
     override_usage = "plcfmu prove BLOCK --out FILE.scl [--calls N] [--seed N] [--dialect tia|step7] [--block NAME] [--number N]\n       \
                       plcfmu prove --read FILE.bin|s7://HOST/RACK/SLOT/DBn"
 )]
 pub struct Options {
-    /// The block whose law is the expected one
+    /// The block whose law is the reference
     #[arg(value_name = "BLOCK", required_unless_present = "read", conflicts_with = "read", value_parser = block())]
     name: Option<String>,
     /// The source to write
     #[arg(short, long, value_name = "FILE.scl", required_unless_present = "read", conflicts_with = "read")]
     out: Option<PathBuf>,
-    /// The calls on the tape, each of which takes a cycle of the PLC
+    /// Number of calls on the tape, one per PLC cycle
     #[arg(long, value_name = "N", default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..=MOST_CALLS as i64))]
     calls: u32,
-    /// Another number makes another tape
+    /// Seed of the tape: another number makes another tape
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u32,
     /// The compiler that reads the source: TIA Portal, or STEP 7 V5 with S7-SCL
     #[arg(long, value_enum, default_value_t = Compiler::Tia)]
     dialect: Compiler,
-    /// The PLC's own block, if it is not the one of the vendor's library: FB200, or its name
+    /// The PLC's own block, if it is not from the vendor's library: FB200, or its name
     #[arg(long, value_name = "NAME")]
     block: Option<String>,
     /// STEP 7: the number of the function block and of the first data block of the source
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u16).range(1..=16000))]
     number: u16,
-    /// Say what was found: the result's data block as bytes, or its address in the PLC, which is only read
+    /// Report the result: its data block as bytes, or its address in the PLC, which is only read
     #[arg(long, value_name = "FILE.bin|s7://...")]
     read: Option<String>,
 }
@@ -60,10 +60,10 @@ fn block() -> clap::builder::PossibleValuesParser {
     clap::builder::PossibleValuesParser::new(prove::blocks())
 }
 
-/// Writes a source, or reports the result of a PLC.
+/// Writes a source, or reports the result from a PLC.
 ///
 /// # Errors
-/// A file that cannot be written or read; [`Differs`] if the PLC found a difference.
+/// A file cannot be written or read; [`Differs`] if the PLC found a difference.
 pub fn run(options: &Options) -> Result<()> {
     match &options.read {
         Some(from) => read(from),

@@ -32,10 +32,10 @@ use study::Interrupted;
 /// The maximum number of messages shown for each FMU.
 const MOST_MESSAGES: usize = 10;
 
-/// Run FMUs together, record them, draw them
+/// Run FMUs together, record and plot them
 ///
-/// Runs any FMUs of FMI 2.0 and 3.0 for co-simulation. A variable is named FMU.VARIABLE, such as PID.GAIN; `plcfmu info` lists the
-/// variables of an FMU. The native code of the FMUs is executed: use FMUs that you trust.
+/// Runs any FMI 2.0 or 3.0 FMUs for co-simulation. A variable is named FMU.VARIABLE, such as PID.GAIN; `plcfmu info`
+/// lists the variables of an FMU. The native code of the FMUs is executed: use FMUs that you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = SHORT_HELP, after_long_help = LONG_HELP)]
 pub struct Options {
@@ -44,19 +44,19 @@ pub struct Options {
     /// Write the recording as CSV; - is standard output
     #[arg(short, long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// Record a row at intervals of this many seconds, and the last one; by default, a row for each step
+    /// Interval between recorded rows, in seconds; the last row is always recorded; by default, one row per step
     #[arg(long, value_name = "SECONDS")]
     every: Option<f64>,
-    /// Draw the recording: setpoint and process value, the manipulated value, the others; --record chooses
+    /// Plot the recording: setpoint and process value, manipulated value, other variables; --record selects them
     #[arg(short, long, value_name = "FILE.png|FILE.svg")]
     plot: Option<PathBuf>,
-    /// Write the loop as a description that `plcfmu run FILE.toml` runs again
+    /// Write the loop as a description, to be run again with `plcfmu run FILE.toml`
     #[arg(long, value_name = "FILE.toml")]
     save: Option<PathBuf>,
     /// Print a summary of the run with its figures as JSON, for scripts
     #[arg(long)]
     json: bool,
-    /// Time limit for one call of an FMU, in seconds
+    /// Time limit for each FMU call, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
 }
@@ -110,7 +110,7 @@ FMUs are foreign code: they run in a process of their own. One that crashes or d
 /// Runs FMUs.
 ///
 /// # Errors
-/// The problem and the remedy; if an FMU fails: the call, the time and its messages. No file is written then.
+/// An error with its remedy; if an FMU fails, the call, the time and its messages. No file is written.
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
@@ -220,7 +220,7 @@ struct Simulated<'a> {
     took: f64,
 }
 
-/// Runs the FMUs, and writes the recording while they run.
+/// Runs the FMUs, writing the recording as they run.
 fn simulate<'a>(
     options: &Options,
     system: &'a System,
@@ -252,7 +252,7 @@ fn simulate<'a>(
     Ok(Simulated { kept: recorder.finish()?, steps, ended, took })
 }
 
-/// Converts a recording interval: one row in this many is recorded.
+/// Converts a recording interval to steps: one row in this many is recorded.
 fn every(seconds: f64, plan: &Plan) -> Result<usize> {
     let steps = seconds / plan.step;
     ensure!(
@@ -263,7 +263,7 @@ fn every(seconds: f64, plan: &Plan) -> Result<usize> {
     Ok(steps.round() as usize)
 }
 
-/// The error for a system that cannot be planned; if an FMU cannot be read, that is the error instead.
+/// The error for a system that cannot be planned, wrapped in [`Unreadable`] if one of its FMUs cannot be read.
 fn unreadable(system: &System, error: Error) -> Error {
     let can_be_read = system.members.iter().all(|member| Package::open(&member.path).is_ok());
     if can_be_read { error } else { Unreadable(error).into() }
@@ -367,7 +367,7 @@ fn figure_lines(figures: &Result<Figures, String>, cycle: f64) -> Vec<String> {
     why.map(|why| format!("no figures: {why}")).into_iter().collect()
 }
 
-/// The title of a picture: the controller, its connections, and the first event.
+/// The title of a picture: the controller, the other FMUs, and the first event.
 fn title(system: &System, figures: Option<&Figures>, unit: Option<&str>) -> String {
     let names: Vec<&str> = system.members.iter().map(|fmu| fmu.name.as_str()).collect();
     let loop_name = match names.as_slice() {

@@ -8,17 +8,17 @@ use parameters::problem::drawn;
 use scl::Dialect;
 use std::path::PathBuf;
 
-/// Print a program as it was understood, as a source in SCL
+/// Print a program as it was understood, as SCL source
 ///
-/// Blocks in LAD and FBD, too: the text shows what runs, with titles and comments of the networks. It is a program that
-/// yields the same results, bit by bit.
+/// This includes blocks in LAD and FBD: the text shows what runs, with network titles and comments. The printed program
+/// yields the same results, bit for bit.
 #[derive(clap::Args, Clone, Debug)]
 #[group(skip)] // clap names a group after the type, and that of the programs has the same name
 pub struct Options {
     /// The files of the program (.scl, .udt, .db, .s7dcl, .xml), all together
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
-    /// The language in which it is printed
+    /// The output language
     #[arg(long = "as", value_enum, value_name = "LANGUAGE", default_value_t = Language::Scl)]
     language: Language,
     #[allow(missing_docs)]
@@ -26,7 +26,7 @@ pub struct Options {
     program: Packing,
 }
 
-/// A language of PLCs.
+/// A PLC language.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum Language {
     /// Structured Control Language

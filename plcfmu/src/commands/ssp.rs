@@ -10,8 +10,8 @@ use std::path::PathBuf;
 
 /// Pack FMUs with their values and connections as an SSP file
 ///
-/// Tools that run systems of FMUs read SSP files (System Structure and Parameterization), for example libcosim, Ecos, FMPy and
-/// OMSimulator. The arguments are those of `plcfmu run`; the FMUs are not run.
+/// Tools that run systems of FMUs read SSP files (System Structure and Parameterization), for example libcosim, Ecos,
+/// FMPy and OMSimulator. The arguments are those of `plcfmu run`; the FMUs are not run.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
     #[command(flatten)]
@@ -24,7 +24,7 @@ pub struct Options {
     ssp_version: Version,
     /// Leave out the connectors of inputs that are not connected
     ///
-    /// FMPy's master for SSP files needs this: it fails, or takes a wrong output, where an input has a connector and no
+    /// FMPy's master for SSP files needs this: it fails, or reads the wrong output, if an input has a connector but no
     /// connection.
     #[arg(long)]
     only_connected: bool,
@@ -33,7 +33,7 @@ pub struct Options {
 /// Writes the SSP file.
 ///
 /// # Errors
-/// The problem and the remedy. Nothing is written then.
+/// An error with its remedy; nothing is written.
 pub fn run(options: &Options) -> Result<()> {
     let out = &options.out;
     if out.extension().is_none_or(|extension| extension != "ssp") {

@@ -34,9 +34,9 @@ const LONGEST_PRINTED: usize = 500;
 
 /// Run a loop many times with different values: tolerances, grids, regression tests
 ///
-/// A study names a loop, what varies from run to run, and what each run yields. The runs are made on all cores, each FMU in
-/// worker processes; the result does not depend on how many there are. The native code of the FMUs is executed: use FMUs that
-/// you trust.
+/// A study names a loop, what varies from run to run, and the results of each run. The runs use all cores, with the
+/// FMUs in worker processes; the result does not depend on the number of workers. The native code of the FMUs is
+/// executed: use FMUs that you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]
 pub struct Options {
@@ -46,19 +46,19 @@ pub struct Options {
     /// The folder of the FMUs; by default, that of the loop's description
     #[arg(long, value_name = "FOLDER")]
     fmus: Option<PathBuf>,
-    /// Folder for the results [default: the study's name and _results]
+    /// Folder for the results [default: the study's name followed by _results]
     #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// The format of the table with a row for each run
+    /// Format of the table with one row per run
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten)]
     workers: WorkerOptions,
-    /// Make each run with new instances of the FMUs instead of resetting those of the run before: for an FMU that keeps something
-    /// across a reset
+    /// Create new FMU instances for each run instead of resetting the previous ones: for an FMU that keeps state across
+    /// a reset
     #[arg(long, conflicts_with = "resume")]
     new_instances: bool,
-    /// Go on with a study that was interrupted; a finished one is not repeated
+    /// Resume an interrupted study; a finished one is not repeated
     #[arg(long)]
     resume: bool,
     /// Also write the curves of these runs, as plcfmu run --out does
@@ -67,16 +67,16 @@ pub struct Options {
     /// Require every run to meet this, for example "overshoot < 10 %"; exit code 1 if one does not
     #[arg(long, value_name = "TEXT")]
     expect: Vec<String>,
-    /// Write the expectations as tests in JUnit's format
+    /// Write the expectations as tests in JUnit format
     #[arg(long, value_name = "FILE.xml", requires = "expect")]
     junit: Option<PathBuf>,
     /// Write a bundle, a folder with the study and its FMUs for another machine, and run nothing
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "resume", "runs", "part", "junit"])]
     bundle: Option<PathBuf>,
-    /// Make only the runs from A up to, but not including, B, and write nothing but a part
+    /// Make only the runs from A up to, but not including, B, and write only a part
     #[arg(long, value_name = "A..B", value_parser = range, requires = "part", conflicts_with_all = ["out", "resume", "curves", "expect", "junit"])]
     runs: Option<Range<u64>>,
-    /// The part to write: put it into the folder parts of the results, and --resume continues with it
+    /// The part to write: put it into the folder parts of the results, and --resume continues from it
     #[arg(long, value_name = "FILE", requires = "runs")]
     part: Option<PathBuf>,
 }
@@ -220,7 +220,7 @@ fn make_part(pool: &mut Pool, runs: &Range<u64>, part: &Path, fingerprint: &str)
     parts::write(part, fingerprint, runs.start, &mut rows)
 }
 
-/// Makes the runs that no part has.
+/// Makes the runs missing from the parts.
 fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     let experiment = pool.experiment().clone();
     let count = experiment.count();
@@ -262,7 +262,7 @@ impl pool::Sink for Kept<'_> {
 
 /// The missing runs, in order.
 struct Missing {
-    /// The ranges, each with the number of runs in earlier ones.
+    /// The ranges, each with the number of runs in earlier ranges.
     ranges: Vec<(u64, Range<u64>)>,
     count: u64,
 }
@@ -328,8 +328,8 @@ fn results(pool: &Pool, parts: &Parts, out: &Path) -> Result<Results> {
     Ok(results)
 }
 
-/// The curves for the report, and those that the user wants as files: these runs are repeated with full recording. If a
-/// curve cannot be obtained, the others are unaffected.
+/// The curves for the report, and those that the user wants as files: these runs are repeated with full recording. If
+/// the curves of one run cannot be obtained, the others are unaffected.
 fn curves(
     pool: &mut Pool,
     again: &mut Again,
@@ -379,7 +379,7 @@ fn ensure_going(pool: &Pool) -> Result<()> {
     Ok(())
 }
 
-/// A recording thinned out for a picture, whether or not the full recording is also needed.
+/// Thins out a full recording for a picture, as if only the picture were needed.
 fn drawn(recording: Recording) -> Recording {
     let mut thinned = Detail::Drawn.thinned(recording.columns.clone(), recording.times.len());
     recording.rows().for_each(|(time, row)| thinned.push(time, row));
@@ -388,8 +388,8 @@ fn drawn(recording: Recording) -> Recording {
     drawn
 }
 
-/// The runs that are repeated with new instances, for curves and the envelope of all: if an FMU keeps state across a
-/// reset, their results differ.
+/// The runs repeated with new instances, for curves and the envelope: if an FMU keeps state across a reset, their
+/// results differ.
 struct Again<'a> {
     results: &'a Results,
     /// For each run, the first figure that differs from the table.

@@ -1,5 +1,5 @@
-//! The arguments of `plcfmu run` and `plcfmu ssp` that say what to run or pack: FMUs, a description, or the loops of a
-//! parameter file, and options that override them.
+//! The arguments of `plcfmu run` and `plcfmu ssp` that specify what to run or pack: FMUs, a description, or the loops
+//! of a parameter file, and options that override them.
 
 use crate::exit::Unreadable;
 use crate::package::program::Options as Program;
@@ -19,62 +19,63 @@ use std::str::FromStr;
 /// What to run or to pack.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Arguments {
-    /// FMUs in the order in which they are stepped, a controller before its plant; or a description of a loop
+    /// FMUs in the order in which they are stepped, a controller before its plant; or a loop description
     ///
-    /// An FMU has the name of its file. NAME= gives it another one, which is needed to use the same file twice. A description
-    /// (.toml, or - for standard input) names FMUs, connections, values and times; options come on top. A parameter file of a PLC (.awl, .scl, .db,
-    /// .xml, .json) stands for one FMU for each of its loops, with the loop's name and values; --fmus names the folder of the
-    /// FMUs. Sources of a PLC program (.scl, .udt, .db, .s7dcl, .xml, .awl), its tag tables, or the folder of both stand for the FMU that
-    /// `plcfmu build` makes of them together, named as the first one.
+    /// An FMU is named after its file; NAME= renames it, which is needed to use the same file twice. A description
+    /// (.toml, or - for standard input) lists FMUs, connections, values and times; options extend or override it. A PLC
+    /// parameter file (.awl, .scl, .db, .xml, .json) stands for one FMU per loop, with the loop's name and values;
+    /// --fmus names the folder of the FMUs. The sources of a PLC program (.scl, .udt, .db, .s7dcl, .xml, .awl), its tag
+    /// tables, or the folder of both stand for the FMU that `plcfmu build` makes from them together, named after the
+    /// first file.
     #[arg(value_name = "[NAME=]FILE.fmu|FILE.toml|FILE.scl|FOLDER", required = true)]
     files: Vec<String>,
-    /// The folder of the FMUs that a description or a parameter file names; by default, that of the file itself
+    /// The folder of the FMUs named by a description or a parameter file; by default, the description's own folder
     #[arg(long, value_name = "FOLDER")]
     fmus: Option<PathBuf>,
-    /// The block of the loops of a parameter file that does not specify it: its name, or FB 41 and the like
+    /// The block of a parameter file's loops, if the file does not specify it: its name, or a number such as FB 41
     #[arg(long, value_name = "BLOCK")]
     block: Option<String>,
     /// Connect an output to an input
     ///
-    /// The types have to be the same; an Integer output can also go to a Real input. If both have a unit, the units have to
-    /// be the same: values are not converted.
+    /// The types must match; an Integer output can also feed a Real input. If both have a unit, the units must match:
+    /// values are not converted.
     #[arg(short, long, value_name = "FMU.OUTPUT=FMU.INPUT", value_parser = parse::<Connection>)]
     connect: Vec<Connection>,
-    /// Set an input or a parameter before the initialization, or at a time in seconds: PID.SP=60@120
+    /// Set an input or a parameter before initialization, or at a time in seconds: PID.SP=60@120
     ///
-    /// A Boolean is true or false, or 1 or 0. With a time, the value is set at the first communication point that is not
-    /// earlier. Values outside the range that the FMU declares are set nevertheless, with a warning.
+    /// A Boolean is true or false, or 1 or 0. With a time, the value is set at the first communication point at or
+    /// after it. Values outside the range declared by the FMU are set, with a warning.
     #[arg(short, long, value_name = "FMU.VARIABLE=VALUE[@TIME]", value_parser = parse::<Setting>, allow_hyphen_values = true)]
     set: Vec<Setting>,
-    /// Set inputs and tunable parameters over time from a CSV: time,FMU.VARIABLE,... as --out writes it
+    /// Set inputs and tunable parameters over time from a CSV file: time,FMU.VARIABLE,... as written by --out
     ///
-    /// The time is in seconds. A value holds until the next row; the first row is set before the initialization.
+    /// The time is in seconds. A value holds until the next row; the first row is set before initialization.
     #[arg(long, value_name = "FILE.csv")]
     signals: Option<PathBuf>,
     /// Record this variable; by default, all outputs and the inputs that are connected or set
     ///
-    /// The columns have the order in which the variables are named.
+    /// The columns follow the order of these options.
     #[arg(short, long, value_name = "FMU.VARIABLE")]
     record: Vec<String>,
-    /// Start time in seconds; by default, the earliest that an FMU proposes, else 0
+    /// Start time in seconds; by default, the earliest proposed by an FMU, or 0
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     start: Option<f64>,
-    /// Stop time in seconds; by default, the latest that an FMU proposes
+    /// Stop time in seconds; by default, the latest proposed by an FMU
     ///
-    /// The run ends with the last whole step that does not go beyond it.
+    /// The run ends with the last whole step that does not exceed it.
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     stop: Option<f64>,
-    /// Communication step in seconds; by default, the smallest that an FMU proposes
+    /// Communication step in seconds; by default, the smallest proposed by an FMU
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     step: Option<f64>,
     /// Exchange all values before any FMU steps (Jacobi)
     ///
-    /// By default, an FMU gets what those before it computed in the same step (Gauss-Seidel).
+    /// By default, an FMU gets the values computed by the FMUs before it in the same step (Gauss-Seidel).
     #[arg(long)]
     parallel: bool,
-    /// Step FMUs with Event Mode (FMI 3.0) as those without it
+    /// Step FMUs with Event Mode (FMI 3.0) like those without it
     ///
-    /// By default, a call of such an FMU and its results belong to the same instant, whatever the order of the FMUs.
+    /// By default, a call of such an FMU and its results share one instant, regardless of the order of the FMUs.
     #[arg(long)]
     no_events: bool,
     #[command(flatten, next_help_heading = "Programs in SCL")]
@@ -90,7 +91,7 @@ impl Arguments {
     /// The system described by the files and the options together.
     ///
     /// # Errors
-    /// A file cannot be read, or is faulty; the message has line and column.
+    /// A file cannot be read, or is faulty; the message includes line and column.
     pub fn system(&self) -> Result<System> {
         let mut system = System::default();
         let mut has_description = false;
@@ -203,7 +204,7 @@ impl Arguments {
 /// The system with each program replaced by an FMU, in a temporary folder that is deleted when dropped.
 ///
 /// # Errors
-/// A program is faulty; the message has file, line and column.
+/// A program is faulty; the message includes file, line and column.
 pub fn packed(system: &System) -> Result<(System, Option<temporary::Folder>)> {
     let mut packed = system.clone();
     if system.programs.is_empty() {

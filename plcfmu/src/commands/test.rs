@@ -1,4 +1,4 @@
-//! `plcfmu test`: tests of a program in SCL.
+//! `plcfmu test`: tests a program in SCL.
 
 use super::print;
 use crate::package::program::Refused;
@@ -25,13 +25,14 @@ Example of a file:
 
 /// Test the logic of a program in SCL
 ///
-/// The file says which sources the program has (without `sources`, those in its folder), what its inputs are over time, and what is expected of its variables.
-/// Each case begins with the start values. What a step sets is set before the call at its time; what it expects must hold
-/// after this call, or after one of the calls `within` a time, or after all calls `until` a time.
+/// The file names the sources of the program (by default, those in its folder), sets its inputs over time, and states
+/// the expected values of its variables. Each case begins with the start values. A step sets its values before the call
+/// at its time; its expectations must hold after this call, after one of the calls `within` a time, or after all calls
+/// `until` a time.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(after_help = HELP)]
 pub struct Options {
-    /// The file with the cases, or a folder with such files
+    /// The test file, or a folder of test files
     #[arg(value_name = "FILE.toml|FOLDER")]
     pub file: PathBuf,
     /// Write the results as JUnit XML, which CI servers show as tests
@@ -40,15 +41,15 @@ pub struct Options {
     /// Print the results as JSON, for scripts
     #[arg(long)]
     pub json: bool,
-    /// Write the sources as a page that shows which lines were run
+    /// Write a page with the sources that shows which lines were run
     #[arg(long, value_name = "FILE.html")]
     pub coverage: Option<PathBuf>,
 }
 
-/// Runs the cases of a file, or of those in a folder, and prints their results.
+/// Runs the cases of a test file, or of all test files in a folder, and prints the results.
 ///
 /// # Errors
-/// A file or the program is wrong; or the number of cases that failed, which have been printed.
+/// A file or the program is faulty; or cases failed, in which case the error states their number.
 pub fn run(options: &Options) -> Result<()> {
     let path = &options.file;
     ensure!(
@@ -82,7 +83,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Runs the cases of a file, and adds their results for scripts to those of other files.
+/// Runs the cases of a file, and appends their results to `told`, the list for `--json`.
 fn run_file(path: &Path, options: &Options, told: &mut Vec<Value>) -> Result<Vec<junit::Case>> {
     let say = |text: &str| if options.json { Ok(()) } else { print(text) };
     let file = trial::File::read(path)?;

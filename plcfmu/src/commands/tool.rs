@@ -20,22 +20,22 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The maximum size of a parameter file, in bytes; its Base64 has to fit into a request.
+/// The maximum size of a parameter file, in bytes; its Base64 encoding must fit into a request.
 const LARGEST_FILE: u64 = 40 << 20;
 
-/// The environment variable that names the folder of the FMUs; the Python package has the same.
+/// The environment variable that names the folder of the FMUs; the Python package uses it too.
 const FMUS: &str = "PLCFMU_FMUS";
 
-/// Set, run and tune control loops on a page in the browser
+/// Set up, run and tune control loops on a browser page
 ///
-/// Opens loops of a parameter file or new ones, runs them against a plant, records, tunes and compares them, and writes presets and
-/// parameter files. The page is served to this machine alone, and to one browser for each address that is printed. The native code of
-/// the FMUs is executed: use FMUs that you trust.
+/// Opens loops from a parameter file or creates new ones, runs them against a plant, records, tunes and compares them,
+/// and writes presets and parameter files. The page is served only to this machine, and to one browser for each printed
+/// address. The native code of the FMUs is executed: use FMUs that you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]
 pub struct Options {
-    /// Parameter files to open (.awl, .scl, .db, .xml, .json, .ssv), the sources of a PLC program (.scl, .udt, .db) or the folder of a
-    /// project, and FMUs of blocks
+    /// Parameter files to open (.awl, .scl, .db, .xml, .json, .ssv), the sources of a PLC program (.scl, .udt, .db) or
+    /// a project folder, and FMUs of blocks
     #[arg(value_name = "FILE or FOLDER")]
     files: Vec<PathBuf>,
     /// An FMU to control, from any tool; it runs in a separate process
@@ -44,13 +44,13 @@ pub struct Options {
     /// The folder of the FMUs [default: PLCFMU_FMUS, those installed with plcfmu, or target/fmu]
     #[arg(long, value_name = "FOLDER")]
     fmus: Option<PathBuf>,
-    /// The port on 127.0.0.1; by default any that is free
+    /// The port on 127.0.0.1; by default, any free port
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     port: u16,
-    /// Print the address only
+    /// Only print the address
     #[arg(long)]
     no_browser: bool,
-    /// Time limit for a call of a foreign FMU, in seconds
+    /// Time limit for each call of a foreign FMU, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = time_limit)]
     time_limit: f64,
 }
@@ -68,7 +68,7 @@ Examples:
 /// No FMUs, a file cannot be opened, or the port is taken.
 pub fn run(options: &Options) -> Result<()> {
     let limit = Duration::from_secs_f64(options.time_limit);
-    // Held to the end: without it the first signal would end the process at once.
+    // Held until the end: otherwise, the first signal would end the process immediately.
     let interrupted = interruption::flag();
     let starter = Starter { limit, interrupted: interrupted.clone(), ..Starter::new()? };
     let Opened { collection, start } = open(options, starter)?;
@@ -82,7 +82,7 @@ pub fn run(options: &Options) -> Result<()> {
         Ok(all.concat())
     };
     server.run(page, collection, Box::new(given), || {
-        // A closed standard output is no reason to end.
+        // A closed standard output does not stop the server.
         let _ = print(&format!("{url}\n"));
         eprintln!("Ctrl-C ends it.");
         if let Some(door) = &door
@@ -93,7 +93,7 @@ pub fn run(options: &Options) -> Result<()> {
     })
 }
 
-/// A file that leads to an address. Others may see its name in the browser's command line; only the user can read it.
+/// A file that redirects to an address. Other users may see its name in the browser's command line, but cannot read it.
 fn door(address: &str) -> Result<temporary::Document> {
     temporary::Document::new(Some(".html"), server::leading_to(address).as_bytes())
 }
@@ -109,7 +109,7 @@ struct Opened {
 struct Start {
     /// Parameter files to open.
     files: Vec<File>,
-    /// The FMU for which a new loop is made.
+    /// The FMU for which a new loop is created.
     block: Option<String>,
     /// The FMU that is the plant of every new loop.
     plant: Option<String>,
@@ -139,7 +139,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     }
     let folder = folder(options.fmus.as_deref(), has_fmus);
     if let Some(folder) = &folder {
-        // The code of FMUs in a default folder, which the user did not name, does not run.
+        // The code of FMUs in a default folder, which the user did not name, is not run.
         let is_named = options.fmus.is_some() || env::var_os(FMUS).is_some_and(|folder| !folder.is_empty());
         add_folder(&mut fmus, folder, is_named.then_some(&starter))?;
     }
@@ -173,7 +173,7 @@ fn add(fmus: &mut Vec<Known>, known: Known) -> Result<()> {
     Ok(())
 }
 
-/// Adds the FMUs of a folder that are ours. FMUs that were named before take precedence; presets are skipped.
+/// Adds our own FMUs from a folder. FMUs named earlier take precedence; presets are skipped.
 fn add_folder(fmus: &mut Vec<Known>, folder: &Path, starter: Option<&Starter>) -> Result<()> {
     for path in paths(folder).with_context(|| folder.display().to_string())? {
         let is_named = |known: &Known| path.file_stem().is_some_and(|stem| stem.to_string_lossy() == *known.name);
@@ -206,7 +206,7 @@ fn has_fmus(folder: &Path) -> bool {
     paths(folder).is_ok_and(|paths| !paths.is_empty())
 }
 
-/// The folder of the FMUs: that of the option or of the environment, or else the first of the usual ones that has FMUs.
+/// The FMU folder: from the option or the environment, or else the first default folder that contains FMUs.
 fn folder(given: Option<&Path>, has_fmus: impl Fn(&Path) -> bool) -> Option<PathBuf> {
     if let Some(folder) = given {
         return Some(folder.into());
@@ -216,7 +216,8 @@ fn folder(given: Option<&Path>, has_fmus: impl Fn(&Path) -> bool) -> Option<Path
     }
     let program = env::current_exe().and_then(fs::canonicalize).unwrap_or_default();
     let beside = program.parent().unwrap_or(Path::new("."));
-    // A wheel's program is in bin (on Windows: Scripts), its package in lib/python3.x/site-packages (Lib\site-packages).
+    // A wheel's program is in bin (on Windows: Scripts), its package in lib/python3.x/site-packages
+    // (Lib\site-packages).
     let environment = beside.parent().unwrap_or(beside);
     let versions = fs::read_dir(environment.join("lib")).into_iter().flatten().flatten();
     let mut libraries: Vec<_> = versions.map(|entry| entry.path()).collect();
@@ -228,11 +229,11 @@ fn folder(given: Option<&Path>, has_fmus: impl Fn(&Path) -> bool) -> Option<Path
     usual.find(|folder| has_fmus(folder))
 }
 
-/// The files that the page reads from a path: one file, or the program below a folder, whose files have the folder in
-/// their names.
+/// The files that the page reads from a path: one file, or the program files below a folder, whose names include the
+/// folder.
 fn files(path: &Path) -> Result<Vec<File>> {
     if path.is_dir() {
-        // A folder such as `.` has its name from where it is.
+        // A folder such as `.` gets its name from its absolute path.
         let absolute = path.canonicalize().with_context(|| path.display().to_string())?;
         let parent = absolute.parent().unwrap_or(&absolute);
         let name = |file: &Path| {
@@ -264,7 +265,7 @@ fn read(path: &Path, name: String) -> Result<File> {
 }
 
 impl Start {
-    /// The page with this in its head.
+    /// Returns the page with this content in its head.
     fn put_into(&self, page: &str, secret: &str) -> Result<String> {
         let files = page::packed(&serde_json::to_vec(&self.files)?, Home::Server)?;
         let mut own = format!("<script type=\"text/plain\" id=\"files\">{files}</script>\n");

@@ -1,4 +1,4 @@
-//! `plcfmu tune-study`: searches the settings of a controller that are the best for all plants of a study.
+//! `plcfmu tune-study`: searches for the controller settings that are best for all plants of a study.
 
 use super::{WorkerOptions, ensure_study, print, system};
 use crate::parameter_file;
@@ -16,11 +16,11 @@ use study::tuned::{self, Found};
 use study::tuning::Tuning;
 use study::{self, Interrupted};
 
-/// Search the settings of a controller that are the best for all plants of a study
+/// Search for the controller settings that are best for all plants of a study
 ///
-/// The axes of the study span the plants. Its table "tune" says which figure is to be low, what has to hold for every plant,
-/// and which settings are searched within which range. The result is the same with any number of jobs. The native code of the FMUs
-/// is executed: use FMUs that you trust.
+/// The axes of the study span the plants. Its table "tune" specifies which figure to minimize, which constraints hold
+/// for every plant, and which settings to search in which range. The result does not depend on the number of jobs. The
+/// native code of the FMUs is executed: use FMUs that you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]
 pub struct Options {
@@ -30,7 +30,7 @@ pub struct Options {
     /// The folder of the FMUs; by default, that of the loop's description
     #[arg(long, value_name = "FOLDER")]
     fmus: Option<PathBuf>,
-    /// Folder for the results [default: the study's name and _tuned]
+    /// Folder for the results [default: the study's name followed by _tuned]
     #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -56,10 +56,10 @@ parameter file, if the block is one of a PLC's; settings.csv; front.csv, front.s
 
 The README of plcfmu says what a study and its table [tune] are made of.";
 
-/// Searches.
+/// Searches for the settings, and writes them.
 ///
 /// # Errors
-/// The problem and the remedy; no candidate meets the constraints; [`Interrupted`].
+/// An error with its remedy; no candidate meets the constraints; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     ensure_study(&options.study)?;
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
@@ -108,8 +108,8 @@ pub fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Tunes each loop of a table by itself, and writes the settings into the parameter file that they are from. A loop that cannot be
-/// tuned does not cost the others.
+/// Tunes each loop of a table separately, and writes the settings to a copy of their parameter file. A loop that cannot
+/// be tuned does not affect the others.
 fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Result<()> {
     let pool_options = options.workers.pool()?;
     let names = reading.loops().map_err(|error| reading.located(error, &options.study))?;

@@ -1,4 +1,5 @@
-//! The folder of a client: no path leads out of it, be it absolute, with `..`, by a link, or named in a description.
+//! The folder of a client. No path may lead out of it, whether absolute, through `..` or a link, or named in a
+//! description.
 
 use crate::{parameter_file, program};
 use anyhow::{Context, Result, ensure};
@@ -12,19 +13,17 @@ use std::path::{Component, Path, PathBuf};
 pub(super) struct Folder(PathBuf);
 
 impl Folder {
-    /// The current one.
+    /// The current folder.
     ///
     /// # Errors
-    /// It is gone.
+    /// The folder no longer exists.
     pub(super) fn current() -> Result<Folder> {
         let folder = env::current_dir().and_then(|folder| folder.canonicalize());
         folder.map(Folder).context("the current folder cannot be read")
     }
 
-    /// Refuses a text of a request that leads out of the folder. Whatever it is for, it may be a path.
+    /// Refuses a string in a request that leads out of the folder if read as a path. Any string may be a path.
     ///
-    /// Refuses a description of a loop or of tests, or a folder with such files, that names a path
-    /// outside.
     pub(super) fn ensure_inside(&self, text: &str) -> Result<()> {
         self.ensure_within(Path::new(""), text)
     }
@@ -32,7 +31,7 @@ impl Folder {
     /// Refuses a description of a loop or of tests, or a folder with such files, that names a path outside.
     ///
     /// # Errors
-    /// One does.
+    /// A file names a path outside.
     pub(super) fn ensure_descriptions_inside(&self, text: &str) -> Result<()> {
         for path in paths(text).map(Path::new) {
             let files = if path.is_dir() { program::test_files(path).unwrap_or_default() } else { vec![path.into()] };
@@ -57,23 +56,23 @@ impl Folder {
         Ok(())
     }
 
-    /// Whether a path, with its links followed, stays in the folder; a path that does not exist yet is where its parent
-    /// folder is.
+    /// Whether a path stays in the folder after following links; a path that does not exist yet is judged by its
+    /// nearest existing parent.
     fn leads_inside(&self, path: &Path) -> bool {
         let Some(there) = path.ancestors().find(|part| part.symlink_metadata().is_ok()) else { return false };
         let is_up = |part| part == Component::ParentDir;
         let is_new = path.strip_prefix(there).is_ok_and(|rest| !rest.components().any(is_up));
-        // A link that leads nowhere is no place for a file.
+        // A dangling link is refused.
         is_new && there.canonicalize().is_ok_and(|real| real.starts_with(&self.0))
     }
 }
 
-/// The possible paths in a text: the text itself, and the part after `NAME=`.
+/// The possible paths in a string: the string itself, and the part after `NAME=`.
 fn paths(text: &str) -> impl Iterator<Item = &str> {
     [text].into_iter().chain(text.split_once('=').map(|(_, path)| path))
 }
 
-/// All texts in a value.
+/// All strings in a value.
 fn texts(value: &Value) -> Vec<&str> {
     match value {
         Value::String(text) => vec![text],

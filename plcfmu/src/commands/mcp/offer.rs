@@ -8,7 +8,7 @@ use rmcp::model::JsonObject;
 use serde_json::{Value, json};
 use std::any::TypeId;
 
-/// A command as a tool.
+/// A command offered as a tool.
 pub(super) struct Offer {
     pub name: &'static str,
     /// A description that lets an agent choose it.
@@ -40,7 +40,7 @@ pub(super) const OFFERS: [Offer; 5] = [
         name: "build",
         about: "Makes an FMU of a program, without a compiler; the path of the FMU",
         options: build::Options::augment_args,
-        // With a cycle it is a program: a crate, whose build scripts would run, is refused.
+        // The cycle restricts it to programs: a crate, whose build scripts would run, is refused.
         needed: &["files", "cycle"],
         is_json: false,
     },
@@ -109,7 +109,7 @@ impl Offer {
     /// The arguments of the command for a request.
     ///
     /// # Errors
-    /// The request has something that the tool does not take, or lacks something; or a path leads out of the folder.
+    /// The request has an unknown argument or lacks a required one, or a path leads out of the folder.
     pub(super) fn arguments(&self, request: &JsonObject, folder: &Folder) -> Result<Vec<String>> {
         let takes = self.takes();
         let (mut options, mut files) = (Vec::new(), Vec::new());
@@ -135,7 +135,7 @@ impl Offer {
         ensure!(needed.is_empty(), "{} needs {}", self.name, needed.join(" and "));
         files.iter().try_for_each(|file| folder.ensure_descriptions_inside(file))?;
         options.extend(self.is_json.then(|| "--json".to_string()));
-        // No file is taken for an option.
+        // `--`, so that no file is mistaken for an option.
         Ok(options.into_iter().chain(["--".to_string()]).chain(files).collect())
     }
 }
@@ -148,7 +148,7 @@ fn is_flag(arg: &Arg) -> bool {
     matches!(arg.get_action(), ArgAction::SetTrue)
 }
 
-/// The values in a request for an argument: one or several.
+/// The values of an argument in a request: one or several.
 fn texts(value: &Value) -> Result<Vec<String>> {
     match value {
         Value::Null => Ok(Vec::new()),

@@ -9,32 +9,32 @@ use draw::response::Colors;
 use host::instance::Type;
 use run::plan::{Column, Plan};
 
-/// This many panels, curves in each and lanes fit on a page.
+/// How many panels, curves per panel and lanes fit on a page.
 const MOST_PANELS: usize = 5;
 const MOST_CURVES: usize = 6;
 const MOST_LANES: usize = 10;
 
-/// The picture, and the number of recorded variables that it leaves out.
+/// The picture, and the number of recorded variables left out of it.
 pub(super) struct Picture {
     /// The file's content.
     pub bytes: Vec<u8>,
-    /// The variables without room.
+    /// The number of variables that do not fit.
     pub left_out: usize,
 }
 
 /// Draws a run: setpoint and process value in one panel, the manipulated value in the next, then the other numbers, one
-/// panel per unit, and the Booleans. `is_chosen` states that the user chose the variables: then all are drawn.
-/// Otherwise a connected input, which repeats its output, is left out, and so is everything that does not fit on a
-/// page.
+/// panel per unit, and the Booleans. If the user chose the variables (`is_chosen`), all are drawn. Otherwise a
+/// connected input, which repeats its output, is left out, and so is everything that does not fit on a page.
 ///
 /// # Errors
-/// The picture cannot be made.
+/// The picture cannot be drawn.
 pub(super) fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bool) -> Result<Picture> {
     let Some((time, curves)) = kept.curves() else { return Ok(Picture { bytes: Vec::new(), left_out: 0 }) };
     let setpoint = kept.column(kept.roles.setpoint.as_ref());
     let output = kept.column(kept.roles.manipulated_value.as_ref());
     let roles = [setpoint, kept.process_value(), output];
-    // The colour by role in the loop, else that on the page of the block that has such a variable, else a free one.
+    // The colour of the role in the loop, else the colour that the page uses for a block variable of this name, else a
+    // free one.
     let known = |at: usize| {
         let role = roles.iter().position(|role| *role == Some(at)).map(|role| Colors::OF_ROLES[role]);
         role.or_else(|| colors::known(plan.columns[at].name.rsplit_once('.')?.1))
@@ -51,7 +51,7 @@ pub(super) fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_
         let curve = |(at, color): (&usize, Option<usize>)| {
             let Column { name, is_input, kind, .. } = &plan.columns[*at];
             let color = color.unwrap_or_else(|| {
-                // A colour that no panel has, while any is left.
+                // A colour that no panel uses, while one is left.
                 let free = |taken: &[usize]| Colors::free(*kind == Type::Boolean, taken);
                 let new = free(&[taken.as_slice(), used.as_slice()].concat());
                 let color = if new < COLOR_COUNT { new } else { free(&taken) };
@@ -63,7 +63,7 @@ pub(super) fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_
         };
         of.iter().zip(colors).map(curve).collect()
     };
-    // A controller works in any unit: its signals have those of the plant.
+    // A controller works in any unit: its signals use the plant's units.
     let label = |of: &[usize]| {
         let has = |column: Option<usize>| column.is_some_and(|at| of.contains(&at));
         let of_plant = if has(kept.process_value()) {

@@ -1,4 +1,4 @@
-//! Processes the rows of a `plcfmu run`: writes them, and keeps a bounded number for drawing, and the signals for the
+//! Processes the rows of a `plcfmu run`: writes them, and keeps a bounded number for plotting and the signals for the
 //! figures.
 
 use anyhow::{Context, Result};
@@ -15,18 +15,18 @@ use run::trace::Trace;
 use serde::Serialize;
 use std::io::{ErrorKind, Write};
 
-/// Figures of longer runs require a study: here, they would exhaust the memory.
+/// Figures of longer runs require a study: here, they would exhaust memory.
 const MOST_CALLS: usize = 2_000_000;
 
 /// The maximum number of points in a drawing: each pair of points holds the extremes of a part of the run.
 const POINTS: usize = 8192;
 
-/// Writes the recording during the run, and keeps the data needed at its end.
+/// Writes the recording during the run, and keeps the data needed at the end.
 pub(super) struct Recorder<'a, 'w> {
     kept: Kept<'a>,
     /// The recording as CSV, if requested.
     csv: Option<&'w mut dyn Write>,
-    /// Whether the reader of the CSV is gone.
+    /// Whether the CSV reader has closed the pipe.
     is_closed: bool,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Recorder<'a, 'w> {
 pub(super) struct Kept<'a> {
     plan: &'a Plan,
     system: &'a System,
-    /// The settings made while it runs.
+    /// The settings made during the run.
     set: Vec<Set>,
     /// The disturbances of the loop.
     disturbances: Vec<Set>,
@@ -42,7 +42,7 @@ pub(super) struct Kept<'a> {
     pub unit: Option<String>,
     /// The unit of the manipulated value.
     pub travel_unit: Option<String>,
-    /// One in this many rows is recorded.
+    /// Record one row in this many.
     every: usize,
     /// The recorded rows, for a drawing.
     drawn: Option<Trace>,
@@ -55,7 +55,7 @@ pub(super) struct Kept<'a> {
     pulses: Vec<(usize, Vec<bool>)>,
     /// The switch to manual mode, if it is recorded.
     manual: Option<(usize, Vec<bool>)>,
-    /// The settings of the switch and their times, if it is not recorded and not connected.
+    /// The times and values set on the switch, if it is neither recorded nor connected.
     switched: Vec<(f64, bool)>,
     /// The number of rows.
     pub rows: usize,
@@ -134,7 +134,7 @@ impl<'a, 'w> Recorder<'a, 'w> {
         Recorder { kept, csv, is_closed: false }
     }
 
-    /// Called after the last row. If an FMU ends the run, it may end between two recorded rows.
+    /// Records the last row if an FMU has ended the run between two recorded rows.
     ///
     /// # Errors
     /// The last row cannot be written.
@@ -170,14 +170,14 @@ impl Kept<'_> {
         self.plan.columns.iter().position(|column| column.name == name)
     }
 
-    /// The process value that is compared with the setpoint, which an analog word is not.
+    /// The column of the process value compared with the setpoint. An analog word is not comparable.
     pub(super) fn process_value(&self) -> Option<usize> {
         let input = || self.column(self.roles.process_value.as_ref());
         let is_word = |at: &usize| !self.plan.columns[*at].kind.is_floating();
         self.column(self.roles.shown_process_value.as_ref()).or_else(|| input().filter(|at| !is_word(at)))
     }
 
-    /// Why there are no figures.
+    /// Why no figures are available.
     fn why_none(&self) -> String {
         let Some(([setpoint, Some(process_value), _], first)) =
             Some(self.roles.signals()).zip(self.plan.members.first()).filter(|([setpoint, ..], _)| setpoint.is_some())
@@ -191,7 +191,7 @@ impl Kept<'_> {
         format!("no figures: {} is not recorded, see --record", missing.join(" and "))
     }
 
-    /// The times and the curves of all columns that are drawn.
+    /// The times and curves of all columns, if the run is plotted.
     pub(super) fn curves(&self) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
         let trace = self.drawn.as_ref()?;
         // The last row is the end of the run.
@@ -202,7 +202,7 @@ impl Kept<'_> {
     }
 
     /// The values of a controller's switch with their times: its start value and later settings, in chronological
-    /// order. Nothing is known about a connected one.
+    /// order. Empty for a connected switch.
     fn settings_of(&self, switch: &Variable) -> Vec<(f64, bool)> {
         let name = format!("{}.{}", self.plan.members[0].name, switch.name);
         if self.system.connections.iter().any(|of| of.to == name) {
@@ -216,18 +216,18 @@ impl Kept<'_> {
         all
     }
 
-    /// Whether the controller is in manual mode in each of these calls, as far as known.
+    /// Whether the controller is in manual mode in each of these calls; unknown counts as automatic.
     fn manual(&self, calls: usize) -> Vec<bool> {
         if let Some((_, values)) = &self.manual {
             return values[..calls].to_vec();
         }
-        // The times of calls are rounded.
+        // Call times are rounded.
         let slack = self.times.windows(2).next().map_or(0.0, |pair| 1e-6 * (pair[1] - pair[0]));
         let at = |time: &f64| self.switched.iter().rev().find(|(since, _)| *since <= time + slack);
         self.times[..calls].iter().map(|time| at(time).is_some_and(|(_, is_manual)| *is_manual)).collect()
     }
 
-    /// The figures of the loop, or a sentence on why there are none.
+    /// The figures of the loop, or why none are available.
     pub(super) fn figures(&self) -> Result<Figures, String> {
         if self.signals.is_none() {
             return Err(self.why_none());
@@ -249,7 +249,7 @@ impl Kept<'_> {
             pulses: &pulses,
             manual: &self.manual(calls),
             disturbances: &self.disturbances,
-            // Where members act in parallel, the first row has the outputs before the first call.
+            // With parallel exchange, the first row has the outputs before the first call.
             first: usize::from(self.plan.exchange == Exchange::Parallel),
             is_cut: false,
             travel_unit,
