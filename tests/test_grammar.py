@@ -157,7 +157,7 @@ def test_a_recording_does_not_fill_the_memory(command, tmp_path):
 
 def test_one_variable_is_one(plcfmu):
     done = plcfmu("run", FMUS[1], "--step=1", "--stop=4", "--record=HEATER.TEMP", "--out=o.csv")
-    assert "o.csv: 5 rows of the time and 1 variable\n" in done.stdout
+    assert "o.csv: 5 rows of time and 1 variable\n" in done.stdout
 
 
 def test_a_check_is_a_list_of_verdicts(plcfmu, tmp_path):
@@ -193,7 +193,7 @@ def test_a_run_tells_the_figures_of_its_loop(plcfmu):
     given = ["run", *FMUS, *LOOP, *STEP, "--set=CONT_C.SP_INT=80@600", "--step=1", "--stop=1800"]
     lines = plcfmu(*given).stdout.splitlines()
     heads = [line.split(", ")[0] for line in lines[1:] if not line.startswith(" ")]
-    assert heads == ["step at the start", "step of the setpoint at 600 s"]
+    assert heads == ["step at the start", "setpoint step at 600 s"]
     assert [line.split()[0] for line in lines[2:6]] == ["Rise", "Overshoot", "Settling", "IAE"]
     assert lines[5].endswith(" K·s") and lines[6].endswith(" K²·s")
     told = json.loads(plcfmu(*given, "--json").stdout)
@@ -215,7 +215,7 @@ def test_rows_are_recorded_as_often_as_wanted(plcfmu):
     some = rows(plcfmu(*given, "--every=2").stdout)
     assert [row["time"] for row in some] == ["0.0", "2.0", "4.0", "5.5"]
     assert some == [every[0], every[4], every[8], every[11]]
-    assert "rows are recorded after whole steps" in plcfmu(*given, "--every=0.7").stderr
+    assert "the interval must be a whole number of steps" in plcfmu(*given, "--every=0.7").stderr
 
 
 def test_inputs_come_from_a_file_of_signals(plcfmu, tmp_path):
@@ -286,11 +286,11 @@ def test_there_is_a_manual_page_for_each_command(plcfmu, tmp_path):
 MISTAKEN = {
     "study CONT_C.fmu": "CONT_C.fmu is an FMU: a study is a .toml that names a loop; 'plcfmu run CONT_C.fmu' runs an FMU",
     "tune-study CONT_C.fmu": "CONT_C.fmu is an FMU: a study is a .toml that names a loop; 'plcfmu run CONT_C.fmu' runs an FMU",
-    "study tank.scl": "tank.scl is a program: a study is a .toml that names a loop, which may have a program",
-    "test tank.scl": "tank.scl is a program: name its test, a .toml; 'plcfmu new --scl NAME' writes a program with one",
-    "build notes.md": "notes.md is neither a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a package of a workspace",
+    "study tank.scl": "tank.scl is a program: a study is a .toml that names a loop, which may contain a program",
+    "test tank.scl": "tank.scl is a program: name its test file, a .toml; 'plcfmu new --scl NAME' creates a program with a test",
+    "build notes.md": "notes.md is neither a program source (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a workspace package",
     "run notes.md": "notes.md is neither an FMU (.fmu), a loop (.toml), a parameter file (.awl, .db, .xml, ...) nor a program (.scl)",
-    "preset CONT_C.fmu --out p.zip": "p.zip: a preset ends with .fmu; for a folder write p.zip/",
+    "preset CONT_C.fmu --out p.zip": "p.zip: a preset's file name ends in .fmu; for a folder, write p.zip/",
     "run loop.toml": "loop.toml:2:5: no file NOTHING_LIKE_IT.fmu; FMUs are looked for beside this file, or in --fmus FOLDER",
 }
 

@@ -186,7 +186,7 @@ PROGRAM = {"files": ["motor.scl"], "cycle": ["1s"]}
 def test_no_path_leads_out_of_the_folder(client, folder, tool, arguments):
     before = sorted(path.name for path in folder.parent.iterdir())
     (told,), is_error = client.call(tool, **arguments)
-    assert is_error and ("lies outside of" in told or "is the address of a PLC" in told), told
+    assert is_error and ("is outside " in told or "is the address of a PLC" in told), told
     assert sorted(path.name for path in folder.parent.iterdir()) == before
 
 
@@ -198,7 +198,7 @@ def test_no_file_beside_another_leads_out_of_the_folder(client):
 @pytest.mark.parametrize(
     ("tool", "arguments", "expected"),
     [
-        ("check", {"file": "motor.scl"}, 'check takes no "file", only files, '),
+        ("check", {"file": "motor.scl"}, 'check has no argument "file"; its arguments are files, '),
         ("check", {}, "check needs files"),
         ("check", {"files": [{}]}, "files: [{}]: expected a value or a list of values"),
         # No option is smuggled in, and no crate built.
@@ -218,7 +218,7 @@ def test_a_wrong_request_is_an_error_that_says_why(client, tool, arguments, expe
 
 def test_what_is_no_tool_or_no_method_is_refused(client):
     error = client.request("tools/call", name="delete", arguments={})["error"]
-    assert error["message"] == 'no tool "delete", only check, show, build, test, run'
+    assert error["message"] == 'no tool "delete"; the tools are check, show, build, test, run'
     assert "error" in client.request("no/such/method")
 
 
@@ -228,5 +228,5 @@ def test_a_run_ends_when_it_is_cancelled_or_takes_too_long(client, command, fold
     client.send(method="notifications/cancelled", params={"requestId": client.number})
     assert client.call("show", files=["motor.scl"])[1] is False
     with Client(command, folder, "--time-limit=0.5") as impatient:
-        told = ["run was ended after 0.5 s; 'plcfmu mcp --time-limit SECONDS' allows more"]
+        told = ["run was stopped after 0.5 s; 'plcfmu mcp --time-limit SECONDS' allows more"]
         assert impatient.call("run", **ENDLESS) == (told, True)

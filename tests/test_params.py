@@ -249,7 +249,7 @@ def test_the_files_of_a_folder_are_read_together(params, tmp_path):
     assert done.returncode == 0, done.stderr
     assert {"DB41", *RIGHT["openness.xml"], *RIGHT["by_hand.scl"]} == set(json.loads(done.stdout))
     (line,) = [line for line in done.stderr.splitlines() if "c.xml" in line]
-    assert line.startswith("remark: export") and line.endswith("found none (passed over)")
+    assert line.startswith("remark: export") and line.endswith("found none (skipped)")
     (tmp_path / "empty").mkdir()
     assert "error: empty has no parameter files" in params("empty").stderr
 

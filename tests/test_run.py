@@ -226,7 +226,7 @@ def test_an_fmu_that_can_run_only_once_in_a_process_is_refused_twice(run, tmp_pa
         ({"set": {"CONT_C.CYCLE": "2@5"}}, "CONT_C.CYCLE cannot be set at 5.0 s: it is a fixed parameter"),
         ({"record": "HEATER.X"}, "HEATER has no variable X"),
         ({"step": 0}, "the communication step is 0.0 s: it has to be positive and finite"),
-        ({"plot": "result.gif"}, "result.gif is neither .png nor .svg"),
+        ({"plot": "result.gif"}, "result.gif is neither .png nor .svg, the formats of a plot"),
         ({"out": "no/such/folder/result.csv"}, "no/such/folder is not a folder"),
     ],
 )
@@ -253,7 +253,7 @@ def test_the_recording_goes_to_a_file_and_the_summary_to_standard_output(run, tm
     assert done.returncode == 0 and done.stderr == ""
     first, second, third, *_ = done.stdout.splitlines()
     assert first.startswith("20 steps of 0.1 s, as HEATER proposes, from 0 s to 2 s, in ")
-    assert second == "result.csv: 21 rows of the time and 15 variables"
+    assert second == "result.csv: 21 rows of time and 15 variables"
     assert third == "result.png"
     assert len(rows(tmp_path / "result.csv")) == 21
     assert (tmp_path / "result.png").read_bytes().startswith(b"\x89PNG")

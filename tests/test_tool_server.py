@@ -888,11 +888,11 @@ def test_what_cannot_be_served_is_refused_in_a_sentence(command, tool, tmp_path)
     assert refused(command, tmp_path, "none.awl").startswith("none.awl: ")
     assert refused(command, tmp_path, "none.fmu").startswith("none.fmu: ")
     (tmp_path / "notes.odt").write_text("x")
-    assert refused(command, tmp_path, "notes.odt").endswith("it is neither a parameter file, a source of a program, a recording (.csv), an FMU nor a folder")
+    assert refused(command, tmp_path, "notes.odt").endswith("is neither a parameter file, a program source, a recording (.csv), an FMU nor a folder")
     (tmp_path / "empty").mkdir()
     assert refused(command, tmp_path, "empty") == (
         "empty has no source of a program: export it there, as .scl, .udt, .db, .s7dcl, .xml or .awl"
     )
     assert refused(command, tmp_path, "--fmus", "empty") == (
-        "there are no FMUs of blocks in empty: name their folder with --fmus, or set PLCFMU_FMUS to it"
+        "no FMUs of blocks in empty: name their folder with --fmus, or set PLCFMU_FMUS to it"
     )

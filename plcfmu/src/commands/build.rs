@@ -32,7 +32,7 @@ pub fn run(options: &Options) -> Result<()> {
         let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
         for file in &files {
             let told =
-                || format!("{}: a program is made of sources, .scl, .udt, .db, .s7dcl, .xml or .awl", file.display());
+                || format!("{}: a program consists of sources: .scl, .udt, .db, .s7dcl, .xml or .awl", file.display());
             ensure!(program::is_part(file), program::instead(file).unwrap_or_else(told));
         }
         for (option, is_given) in [
@@ -68,9 +68,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     // Package names contain no dots.
     if let Some(file) = names.iter().find(|name| name.contains('.')) {
-        bail!(
-            "{file} is neither a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a package of a workspace"
-        );
+        bail!("{file} is neither a program source (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a workspace package");
     }
     let is_told = || names.iter().find_map(|name| program::instead(Path::new(name)));
     let workspace = Workspace::find().map_err(|error| is_told().map_or(error, Error::msg))?;
@@ -79,7 +77,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     if let Some(path) = template::different_source(&workspace.root) {
         tell::note(&format!(
-            "{path} is not that of plcfmu {}; 'plcfmu build --update' replaces the folder",
+            "{path} differs from that of plcfmu {}; 'plcfmu build --update' replaces the folder",
             env!("CARGO_PKG_VERSION")
         ));
     }
@@ -93,8 +91,8 @@ fn note_glibc(path: &Path) -> Result<()> {
         let needed = Binary::read(&package.library(&library)?)?.glibc;
         if let Some(glibc) = needed.filter(|needed| version(needed) > version(GLIBC)) {
             tell::note(&format!(
-                "the FMU needs glibc {glibc} or newer: the library of programs was linked with this machine's C library; for \
-                 {GLIBC}, call 'cargo xtask fmu' in a clone of plcfmu, and set PLCFMU_FMUS to its folder target/fmu"
+                "the FMU needs glibc {glibc} or newer: the program library was linked with this machine's C library; for \
+                 {GLIBC}, run 'cargo xtask fmu' in a clone of plcfmu, and set PLCFMU_FMUS to its folder target/fmu"
             ));
         }
     }

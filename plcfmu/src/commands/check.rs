@@ -59,7 +59,7 @@ pub fn run(options: &Options) -> Result<()> {
     let (sources, fmus): (Vec<PathBuf>, Vec<PathBuf>) =
         options.files.iter().cloned().partition(|file| program::is_part(file));
     if !sources.is_empty() {
-        ensure!(fmus.is_empty() || !options.json, "--json is for a program or for FMUs: name one of them");
+        ensure!(fmus.is_empty() || !options.json, "--json accepts a program or FMUs, not both");
         check_program(&sources, &options.program, options.json)?;
         if options.json {
             return Ok(());
@@ -100,11 +100,11 @@ pub fn run(options: &Options) -> Result<()> {
     match (wrong, fmus.len()) {
         (0, _) if untried > 0 => {
             let all = fmus.len();
-            Err(Error::new(Unreadable(anyhow!("{untried} of {all} FMUs could not be tried on this machine as it is"))))
+            Err(Error::new(Unreadable(anyhow!("{untried} of {all} FMUs could not be tried on this machine"))))
         }
         (0, _) => Ok(()),
-        (_, 1) => bail!("the FMU is wrong"),
-        (wrong, all) => bail!("{wrong} of {all} FMUs are wrong"),
+        (_, 1) => bail!("the FMU is faulty"),
+        (wrong, all) => bail!("{wrong} of {all} FMUs are faulty"),
     }
 }
 

@@ -119,7 +119,7 @@ pub fn run(options: &Options) -> Result<()> {
     let given: Vec<_> = given.iter().map(|given| (given.name.clone(), given.value)).collect();
     let controller = Controller::new(form, &given).map_err(anyhow::Error::msg)?;
     if let Some(cycle) = options.cycle {
-        ensure!(cycle > 0.0 && cycle.is_finite(), "--cycle {cycle} is not a time: CYCLE is longer than 0 s");
+        ensure!(cycle > 0.0 && cycle.is_finite(), "--cycle {cycle}: CYCLE must be greater than 0 s");
     }
     let (values, remarks) = match (options.to, options.cycle) {
         (Form::Plc, cycle) => {

@@ -152,7 +152,7 @@ impl Arguments {
                 if let Some(wrong) =
                     found.errors.last().and_then(|error| error.downcast_ref::<Wrong>()).filter(|of| is_empty(of))
                 {
-                    tell::remark(&format!("{} (passed over)", wrong.to_string().lines().next().unwrap_or_default()));
+                    tell::remark(&format!("{} (skipped)", wrong.to_string().lines().next().unwrap_or_default()));
                     found.errors.pop();
                 }
             }

@@ -34,8 +34,8 @@ use tokio::{select, try_join};
 
 /// The instructions that a client receives first.
 const INSTRUCTIONS: &str = "PLC programs (SCL, LAD, FBD, data blocks and tag tables, as TIA Portal exports them) and FMUs: check them, \
-    print a program as SCL, build an FMU of it, test its logic, run it with values over time. Paths are relative to the folder in which \
-    plcfmu was started, and lie in it. A program is named by all its files together, or by their folder.";
+    print a program as SCL, build an FMU from it, test its logic, run it with signals over time. Paths are relative to the folder in which \
+    plcfmu was started and must not leave it. Name a program by all its files together, or by their folder.";
 
 /// The maximum output of a command, in bytes.
 const LONGEST: u64 = 16 << 20;
@@ -66,7 +66,7 @@ pub fn run(options: &Options) -> Result<()> {
     let runtime = Builder::new_current_thread().enable_all().build().context("the server cannot start")?;
     let done = runtime.block_on(async {
         let serve = async {
-            let no_client = "standard input has no client of the Model Context Protocol";
+            let no_client = "no Model Context Protocol client on standard input";
             server.serve(stdio()).await.context(no_client)?.waiting().await?;
             Ok(())
         };
@@ -115,7 +115,8 @@ impl ServerHandler for Server {
         context: RequestContext<RoleServer>,
     ) -> Result<CallToolResponse, ErrorData> {
         let names = || OFFERS.map(|offer| offer.name).join(", ");
-        let unknown = || ErrorData::invalid_params(format!("no tool {:?}, only {}", request.name, names()), None);
+        let unknown =
+            || ErrorData::invalid_params(format!("no tool {:?}; the tools are {}", request.name, names()), None);
         let offer = OFFERS.iter().find(|offer| offer.name == request.name).ok_or_else(unknown)?;
         let given = request.arguments.unwrap_or_default();
         let answer = select! {
@@ -147,7 +148,7 @@ impl Server {
             timeout(self.limit, async { try_join!(read(printed), read(told), async { Ok(process.wait().await?) }) });
         let slow = || {
             let seconds = self.limit.as_secs_f64();
-            format!("{} was ended after {seconds} s; 'plcfmu mcp --time-limit SECONDS' allows more", offer.name)
+            format!("{} was stopped after {seconds} s; 'plcfmu mcp --time-limit SECONDS' allows more", offer.name)
         };
         let (printed, told, status) = ended.await.ok().with_context(slow)??;
         // Findings in JSON are an answer even if the command fails.

@@ -73,7 +73,10 @@ fn ensure_study(file: &Path) -> Result<()> {
     let shown = file.display();
     let is_fmu = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));
     ensure!(!is_fmu, "{shown} is an FMU: a study is a .toml that names a loop; 'plcfmu run {shown}' runs an FMU");
-    ensure!(!is_source(file), "{shown} is a program: a study is a .toml that names a loop, which may have a program");
+    ensure!(
+        !is_source(file),
+        "{shown} is a program: a study is a .toml that names a loop, which may contain a program"
+    );
     Ok(())
 }
 
@@ -144,7 +147,7 @@ impl WorkerOptions {
 fn time_limit(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
-        _ => Err("a time from 0.1 s to 1000000 s is needed".into()),
+        _ => Err("expected a time from 0.1 s to 1000000 s".into()),
     }
 }
 

@@ -45,7 +45,7 @@ pub fn run(options: &Options) -> Result<()> {
         block = names.block
     );
     if license.is_none() {
-        println!("\nThe licence is open: add a line such as license = \"MIT\" to Cargo.toml to name one.");
+        println!("\nNo licence is set: add a line such as license = \"MIT\" to Cargo.toml.");
     }
     Ok(())
 }

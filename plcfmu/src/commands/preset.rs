@@ -50,7 +50,7 @@ Examples:
 
 /// An argument `VARIABLE=VALUE`; a BOOL may be true or false.
 fn setting(argument: &str) -> Result<(String, f64)> {
-    let (name, value) = argument.split_once('=').context("give it as VARIABLE=VALUE, such as GAIN=2.5")?;
+    let (name, value) = argument.split_once('=').context("write VARIABLE=VALUE, such as GAIN=2.5")?;
     let value = match value.to_lowercase().as_str() {
         "true" => 1.0,
         "false" => 0.0,
@@ -99,14 +99,14 @@ pub fn run(options: &Options) -> Result<()> {
     };
     ensure!(
         !sources.is_empty(),
-        "presets are made of FMUs: name those of the loops' blocks, or their folder, with --fmus"
+        "presets are made from FMUs: name the FMUs of the loops' blocks, or their folder, with --fmus"
     );
     if let Some(out) = &options.out {
         let shown = out.display();
         let is_folder = out.is_dir() || shown.to_string().ends_with(std::path::is_separator);
         ensure!(
             is_folder || is_file(out) || out.extension().is_none() || out.exists(),
-            "{shown}: a preset ends with .fmu; for a folder write {shown}/"
+            "{shown}: a preset's file name ends in .fmu; for a folder, write {shown}/"
         );
     }
     let name = options.out.as_deref().filter(|out| is_file(out)).and_then(Path::file_stem);
@@ -259,7 +259,7 @@ fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
             [] => missing.entry(&values.block.name).or_default().push(&values.name),
             [_] => {}
             [first, second, ..] => bail!(
-                "{} and {} are both FMUs of {}: name the one to make {} of",
+                "{} and {} are both FMUs of {}: name the one to use for {}",
                 first.path.display(),
                 second.path.display(),
                 values.block.name,
@@ -268,8 +268,8 @@ fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
         }
     }
     let missing: Vec<String> =
-        missing.into_iter().map(|(block, loops)| format!("{block} (of {})", loops.join(", "))).collect();
-    ensure!(missing.is_empty(), "no FMU of {}: name its file or folder", missing.join(" and of "));
+        missing.into_iter().map(|(block, loops)| format!("{block} (loops {})", loops.join(", "))).collect();
+    ensure!(missing.is_empty(), "no FMU for {}: name its file or folder", missing.join(" and for "));
     Ok(())
 }
 

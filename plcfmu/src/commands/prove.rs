@@ -82,7 +82,7 @@ fn write(options: &Options) -> Result<()> {
     let own = options.block.clone().map(|block| Names { block, first: options.number });
     let names = own.or_else(|| Names::new(&tape, dialect).map(|names| Names { first: options.number, ..names }));
     let names = names.with_context(|| {
-        format!("the libraries of STEP 7 have no {name}: name the function block of your project with --block FB200")
+        format!("the STEP 7 libraries have no {name}: name the function block of your project with --block FB200")
     })?;
     let source = prove::print(&tape, &names, dialect);
     replacing(out, || temporary::place(out, |file| Ok(file.write_all(source.as_bytes())?), |_| Ok(())))?;
@@ -108,7 +108,7 @@ fn read(from: &str) -> Result<()> {
     let tape = outcome.tape();
     if tape.is_none() {
         tell::remark(&format!(
-            "this version of plcfmu makes another tape of {} calls with the seed {}: names and inputs are not known here",
+            "this version of plcfmu makes a different tape of {} calls with seed {}: names and inputs are unknown",
             outcome.calls, outcome.seed
         ));
     }
@@ -144,5 +144,5 @@ fn of_plc(from: &str) -> Result<Vec<u8>> {
 
 #[cfg(not(feature = "s7"))]
 fn of_plc(_: &str) -> Result<Vec<u8>> {
-    bail!("this plcfmu cannot read a PLC: it was built without the feature s7; it would read {RESULT_BYTES} bytes")
+    bail!("this build of plcfmu cannot read a PLC: it lacks the feature s7; it would read {RESULT_BYTES} bytes")
 }

@@ -68,7 +68,7 @@ Example, a furnace with its controller:
     --set PID.GAIN=2 --set PID.SP=60 --set PID.SP=80@300 \\
     --stop 600 --out result.csv --plot result.png
 
-'plcfmu run --help' says when values are exchanged and what a row of the recording holds.";
+'plcfmu run --help' explains when values are exchanged and what a row of the recording contains.";
 
 const LONG_HELP: &str = "\
 Example, a furnace with its controller:
@@ -78,34 +78,34 @@ Example, a furnace with its controller:
     --stop 600 --out result.csv --plot result.png
 
 Order of a step from t to t + h:
-  The FMUs are stepped in the order given. Each FMU first gets the values that are set at t, then its connected \
-   inputs, and then steps to t + h. So it sees what the FMUs before it computed in this step, and what those after it \
-   computed in the previous one. With the controller first, its call at t uses the process value of t, and the plant \
-   runs from t to t + h with the manipulated value of that call. In the other order the loop has one more step of dead \
-   time. With --parallel, all FMUs get their inputs before any of them steps: every connection delays by one step. \
-   Step k begins at start + k * step: rounding errors do not add up.
+  The FMUs are stepped in the order given. Each FMU first gets the values set at t, then its connected \
+   inputs, and then steps to t + h. It therefore sees what the FMUs before it computed in this step, and what the FMUs \
+   after it computed in the previous step. With the controller first, its call at t uses the process value at t, and \
+   the plant runs from t to t + h with the manipulated value from that call. In the reverse order, the loop has one \
+   more step of dead time. With --parallel, all FMUs get their inputs before any of them steps: every connection adds \
+   a delay of one step. Step k begins at start + k * step, so rounding errors do not accumulate.
 
 Event Mode (FMI 3.0):
-  FMUs with Event Mode exchange their values at t, before any FMU steps, in whatever order they are given: a controller \
-   that is called at t uses the process value of t, and the plant runs from t to t + h with the manipulated value of that \
-   call. With --no-events they are stepped as the others are.
+  FMUs with Event Mode exchange their values at t, before any FMU steps, regardless of their order: a controller \
+   called at t uses the process value at t, and the plant runs from t to t + h with the manipulated value from that \
+   call. With --no-events, they are stepped like the others.
 
 Initialization:
-  Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then go \
-   from output to input, in the order of the FMUs, until none changes, but not more often than there are FMUs, and once \
-   with --parallel. Then each FMU leaves Initialization Mode.
+  Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then \
+   propagate from outputs to inputs, in the order of the FMUs, until none changes, but at most as many times as there \
+   are FMUs, and only once with --parallel. Then each FMU leaves Initialization Mode.
 
 Rows of the recording:
-  A row belongs to a time: the beginning of each step, and the end. An input has the value that its FMU gets for the \
-   step that begins then. An output has the value that the connected FMUs read in that step. So a controller's row is \
-   what it saw and gave in its call at that time, and a plant that is connected back to the controller shows what it \
-   is at that time. An output that no FMU reads is recorded as the other outputs of its FMU; if none of them is read, \
-   all have the values of that time, before the step. At the end no step is made: the last row has what the FMUs gave \
-   last. Numbers in the CSV read back bit-equal; Booleans are 1 and 0.
+  A row belongs to a time: the beginning of each step, and the end of the run. An input has the value that its FMU \
+   gets for the step beginning at that time. An output has the value that the connected FMUs read in that step. A \
+   controller's row therefore shows what it read and returned in its call at that time, and a plant connected back to \
+   the controller shows its state at that time. An output that no FMU reads is recorded like the other outputs of its \
+   FMU; if none of them is read, all have their values at that time, before the step. No step is made at the end: the \
+   last row has the values last returned by the FMUs. Numbers in the CSV read back bit-identical; Booleans are 1 and 0.
 
-FMUs are foreign code: they run in a process of their own. One that crashes or does not return ends the run with an \
-   error that names it. What they print goes to standard error. An FMU may end the run (discard with terminated): the \
-   rows up to then are written.";
+FMUs are foreign code: they run in a separate process. An FMU that crashes or does not return ends the run with an \
+   error that names it. What FMUs print goes to standard error. An FMU may end the run (discard with terminated): the \
+   rows up to that point are written.";
 
 /// Runs FMUs.
 ///
@@ -114,10 +114,7 @@ FMUs are foreign code: they run in a process of their own. One that crashes or d
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
-    ensure!(
-        !(to_stdout && options.json),
-        "--out - and --json both write to standard output: name a file for one of them"
-    );
+    ensure!(!(to_stdout && options.json), "--out - and --json both write to standard output: name a file for --out");
     if to_stdout {
         ensure_standard_output()?;
     }
@@ -152,7 +149,7 @@ pub fn run(options: &Options) -> Result<()> {
             let mut simulated = None;
             let record = |to: &mut BufWriter<&File>| {
                 let done = simulated.insert(simulate(options, &run, &plan, Some(to), every, is_drawn));
-                ensure!(done.is_ok(), "the run has failed");
+                ensure!(done.is_ok(), "the run failed");
                 Ok(())
             };
             let placed = replacing(file, || temporary::place(file, record, |_| Ok(())));
@@ -172,7 +169,7 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(file) = options.out.as_ref().filter(|_| !to_stdout) {
         let (rows, columns) = (kept.recorded, plan.columns.len());
         let plural = if columns == 1 { "" } else { "s" };
-        lines.push(format!("{}: {rows} rows of the time and {columns} variable{plural}", file.display()));
+        lines.push(format!("{}: {rows} rows of time and {columns} variable{plural}", file.display()));
         written.push(file);
     }
     let figures = kept.figures();
@@ -182,7 +179,7 @@ pub fn run(options: &Options) -> Result<()> {
         replacing(file, || temporary::place(file, |to| Ok(to.write_all(&picture.bytes)?), |_| Ok(())))?;
         let left_out = match picture.left_out {
             0 => String::new(),
-            count => format!(": {count} variables do not fit into it; --record chooses what is drawn"),
+            count => format!(": {count} variables do not fit; --record selects the variables to plot"),
         };
         lines.push(format!("{}{left_out}", file.display()));
         written.push(file);
@@ -257,7 +254,7 @@ fn every(seconds: f64, plan: &Plan) -> Result<usize> {
     let steps = seconds / plan.step;
     ensure!(
         steps >= 0.5 && (steps - steps.round()).abs() <= 1e-6 * steps && steps < 1e12,
-        "--every {seconds}: the step is {} s, and rows are recorded after whole steps",
+        "--every {seconds}: the interval must be a whole number of steps of {} s",
         plan.step
     );
     Ok(steps.round() as usize)
@@ -389,8 +386,8 @@ fn event(Happened { cause, from, to, start, by, .. }: &Happened, unit: &str) -> 
     let step = format!("from {} to {}{unit}", rounded(*from, 0.0), short(*to));
     match cause {
         Cause::Start => format!("step at the start, {step}"),
-        Cause::Setpoint => format!("step of the setpoint at {} s, {step}", short(*start)),
-        Cause::Automatic => format!("step at the begin of automatic mode at {} s, {step}", short(*start)),
+        Cause::Setpoint => format!("setpoint step at {} s, {step}", short(*start)),
+        Cause::Automatic => format!("step at the start of automatic mode at {} s, {step}", short(*start)),
         Cause::Disturbance => {
             let set = by.iter().filter_map(|set| Some(format!("{} = {}", set.variable, short(set.value?))));
             format!("disturbance at {} s, {}", short(*start), set.collect::<Vec<_>>().join(", "))
@@ -416,6 +413,6 @@ fn is_svg(file: &Path) -> Result<bool> {
     match file.extension().and_then(|extension| extension.to_str()) {
         Some("svg") => Ok(true),
         Some("png") => Ok(false),
-        _ => bail!("{} is neither .png nor .svg: the plot is one of them", file.display()),
+        _ => bail!("{} is neither .png nor .svg, the formats of a plot", file.display()),
     }
 }

@@ -39,7 +39,7 @@ pub fn run(options: &Options) -> Result<()> {
     if out.extension().is_none_or(|extension| extension != "ssp") {
         bail!("{} should end with .ssp", out.display());
     }
-    ensure!(!options.system.has_record(), "--record: an SSP file does not say what is recorded: leave it out");
+    ensure!(!options.system.has_record(), "--record: an SSP file does not specify what to record: omit this option");
     let system = options.system.system()?;
     temporary::check_outputs([out.as_path()], system.inputs())?;
     let (system, _folder) = system::packed(&system)?;

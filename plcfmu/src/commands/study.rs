@@ -87,11 +87,11 @@ Examples:
   plcfmu study tolerances.toml --expect 'overshoot < 10 %' --curves 0,17
   plcfmu study tolerances.toml --resume
 
-The README of plcfmu says what a study is made of.";
+The README of plcfmu describes the contents of a study.";
 
 fn range(text: &str) -> Result<Range<u64>, String> {
     let parsed = text.split_once("..").and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?));
-    parsed.filter(|range| !range.is_empty()).ok_or_else(|| "write A..B, such as 0..1000, with B above A".into())
+    parsed.filter(|range| !range.is_empty()).ok_or_else(|| "write A..B, such as 0..1000, with B greater than A".into())
 }
 
 /// Runs a study.
@@ -235,7 +235,7 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     drop(progress);
     made?;
     if pool.is_interrupted() {
-        bail!(Interrupted(format!("{done} of {count} runs are kept; the same command with --resume makes the others")));
+        bail!(Interrupted(format!("{done} of {count} runs are kept; the same command with --resume makes the rest")));
     }
     Ok(())
 }
@@ -417,8 +417,8 @@ impl Again<'_> {
         let (run, difference) = differing.next()?;
         let (differing, count) = (1 + differing.count(), self.runs.len());
         Some(format!(
-            "run {run}: {difference}; of {count} runs that were made again, {differing} differ: an FMU keeps something across a \
-             reset, so rows of the table may be wrong: repeat the study with --new-instances, and report it to the maker of the FMU"
+            "run {run}: {difference}; {differing} of {count} repeated runs differ: an FMU keeps state across a reset, so rows of \
+             the table may be wrong: repeat the study with --new-instances, and report it to the maker of the FMU"
         ))
     }
 }
@@ -485,8 +485,7 @@ mod tests {
         assert_eq!(again.warning(), None);
         again.compare(1, &[2.0, 0.1]).unwrap();
         let warning = again.warning().unwrap();
-        let said =
-            "run 1: iae is 1.5 in the table and 0.1 with new instances; of 2 runs that were made again, 1 differ:";
+        let said = "run 1: iae is 1.5 in the table and 0.1 with new instances; 1 of 2 repeated runs differ:";
         assert!(warning.starts_with(said) && warning.contains("--new-instances"), "{warning}");
         again.compare(0, &[2.0, 1.5]).unwrap();
         let warning = again.warning().unwrap();

@@ -112,7 +112,7 @@ impl Arguments {
             let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
             if extension.is_some_and(|extension| extension == "toml") || file == Source::STANDARD_INPUT {
                 if has_description {
-                    bail!("{file} is a second description: name only one, with FMUs beside it");
+                    bail!("{file} is a second description: name only one, and any FMUs to add to it");
                 }
                 has_description = true;
                 let members = std::mem::take(&mut system.members);
@@ -183,7 +183,7 @@ impl Arguments {
     fn add_loops(&self, path: &Path, system: &mut System) -> Result<()> {
         let shown = path.display();
         let folder = self.fmus.as_deref().with_context(|| {
-            format!("{shown} is a parameter file: name the folder of the FMUs of its blocks, --fmus FOLDER")
+            format!("{shown} is a parameter file: name the folder with the FMUs of its blocks: --fmus FOLDER")
         })?;
         let options = parameters::Options { block: self.block.clone(), ..Default::default() };
         let reading = parameter_file::read_any(&shown.to_string(), &options)?;

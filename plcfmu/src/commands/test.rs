@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use study::junit;
 
 const HELP: &str = "\
-Example of a file:
+Example of a test file:
   sources = [\"machine.scl\"]
   cycle = \"100ms\"
 
@@ -54,13 +54,13 @@ pub fn run(options: &Options) -> Result<()> {
     let path = &options.file;
     ensure!(
         !program::is_source(path),
-        "{} is a program: name its test, a .toml; 'plcfmu new --scl NAME' writes a program with one",
+        "{} is a program: name its test file, a .toml; 'plcfmu new --scl NAME' creates a program with a test",
         path.display()
     );
     let files = if path.is_dir() { program::test_files(path)? } else { vec![path.clone()] };
     ensure!(
         files.len() == 1 || options.coverage.is_none(),
-        "{} has {} files with cases: name one of them for --coverage",
+        "{} has {} test files: name one of them for --coverage",
         path.display(),
         files.len()
     );
@@ -109,7 +109,7 @@ fn run_file(path: &Path, options: &Options, told: &mut Vec<Value>) -> Result<Vec
     }
     let coverage = trial.coverage();
     let (run, all) = (coverage.run(), coverage.all());
-    say(&format!("{run} of {all} lines of statements were run\n"))?;
+    say(&format!("{run} of {all} statement lines were run\n"))?;
     let of_case = |case: &junit::Case| json!({ "name": case.name, "problem": case.problem });
     let results: Vec<Value> = cases.iter().map(of_case).collect();
     told.push(json!({ "file": path.display().to_string(), "cases": results, "lines": all, "lines_run": run }));

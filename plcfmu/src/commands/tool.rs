@@ -84,7 +84,7 @@ pub fn run(options: &Options) -> Result<()> {
     server.run(page, collection, Box::new(given), || {
         // A closed standard output does not stop the server.
         let _ = print(&format!("{url}\n"));
-        eprintln!("Ctrl-C ends it.");
+        eprintln!("Press Ctrl-C to stop.");
         if let Some(door) = &door
             && open::that_detached(door.path()).is_err()
         {
@@ -145,14 +145,14 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     }
     ensure!(
         fmus.iter().any(|known| !known.is_foreign()),
-        "there are no FMUs of blocks{}: name their folder with --fmus, or set {FMUS} to it",
+        "no FMUs of blocks{}: name their folder with --fmus, or set {FMUS} to it",
         folder.map_or_else(String::new, |folder| format!(" in {}", folder.display()))
     );
     let collection = Collection::new(fmus, starter);
     for path in presets {
         let shown = || path.display().to_string();
         let file = collection.preset(path).with_context(shown)?;
-        start.files.push(file.with_context(|| format!("{}: no FMU of its block", path.display()))?);
+        start.files.push(file.with_context(|| format!("{}: no FMU for its block", path.display()))?);
     }
     Ok(Opened { collection, start })
 }
@@ -184,7 +184,7 @@ fn add_folder(fmus: &mut Vec<Known>, folder: &Path, starter: Option<&Starter>) -
             .and_then(|is_preset| if is_preset { Ok(None) } else { Known::open(&path, starter).map(Some) })
         {
             Ok(Some(known)) if known.is_foreign() => {
-                tell::remark(&format!("{}: it is a foreign FMU: name it to use it", path.display()));
+                tell::remark(&format!("{} is a foreign FMU: name it to use it", path.display()));
             }
             Ok(known) => fmus.extend(known),
             Err(error) => tell::warning(&format!("{}: {error:#}", path.display())),
@@ -248,7 +248,7 @@ fn files(path: &Path) -> Result<Vec<File>> {
         || path.extension().is_some_and(|extension| extension == "csv");
     ensure!(
         is_known,
-        "{}: it is neither a parameter file, a source of a program, a recording (.csv), an FMU nor a folder",
+        "{} is neither a parameter file, a program source, a recording (.csv), an FMU nor a folder",
         path.display()
     );
     Ok(vec![read(path, name)?])
@@ -258,7 +258,7 @@ fn files(path: &Path) -> Result<Vec<File>> {
 fn read(path: &Path, name: String) -> Result<File> {
     let read = || -> Result<File> {
         let size = fs::metadata(path)?.len();
-        ensure!(size <= LARGEST_FILE, "it has {size} bytes; at most {LARGEST_FILE} are accepted");
+        ensure!(size <= LARGEST_FILE, "the file has {size} bytes; at most {LARGEST_FILE} are accepted");
         Ok(File::new(name, &fs::read(path)?))
     };
     read().with_context(|| path.display().to_string())

@@ -43,7 +43,7 @@ Example of a table [tune]:
   minimize = \"iae\"
   over = \"worst\"                        # of all plants; or mean, p95
   constraints = [\"overshoot < 10 %\", \"ms < 1.8\"]
-  front = \"travel\"                      # a second figure, if a front of both is wanted
+  front = \"travel\"                      # a second figure, for a front of both
   evaluations = 500
 
   [[tune.search]]
@@ -51,10 +51,10 @@ Example of a table [tune]:
   min = 0.5
   max = 10.0
 
-Files of the result: tuned.toml is the loop with the settings found, which plcfmu run runs; tuned.json has them as a \
-parameter file, if the block is one of a PLC's; settings.csv; front.csv, front.svg and front.png.
+Result files: tuned.toml, the loop with the settings found, for plcfmu run; tuned.json, these settings as a parameter \
+file, if the block is a PLC block; settings.csv; front.csv, front.svg and front.png.
 
-The README of plcfmu says what a study and its table [tune] are made of.";
+The README of plcfmu describes the contents of a study and of its table [tune].";
 
 /// Searches for the settings, and writes them.
 ///
@@ -103,7 +103,7 @@ pub fn run(options: &Options) -> Result<()> {
         print(&format!("{}\n", path.display()))?;
     }
     if tuning.is_interrupted() {
-        bail!(Interrupted("the settings are the best of those that were tried".into()));
+        bail!(Interrupted("the settings are the best of those tried so far".into()));
     }
     Ok(())
 }
@@ -151,7 +151,7 @@ fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Re
     if failed.len() == tuned.len() {
         bail!("no loop was tuned: nothing was written");
     }
-    std::fs::create_dir_all(out).with_context(|| format!("{} cannot be made", out.display()))?;
+    std::fs::create_dir_all(out).with_context(|| format!("{} cannot be created", out.display()))?;
     let write = |path: &Path, content: &[u8]| {
         temporary::place(path, |to| Ok(to.write_all(content)?), |_| Ok(()))?;
         print(&format!("{}\n", path.display()))

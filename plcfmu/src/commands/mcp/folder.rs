@@ -51,7 +51,7 @@ impl Folder {
         ensure!(!parameter_file::is_plc(text), "{text} is the address of a PLC: name a file in {}", self.0.display());
         for path in paths(text) {
             let is_inside = self.leads_inside(&self.0.join(beside).join(path));
-            ensure!(is_inside, "{path} lies outside of {}, where plcfmu was started", self.0.display());
+            ensure!(is_inside, "{path} is outside {}, where plcfmu was started", self.0.display());
         }
         Ok(())
     }

@@ -23,22 +23,22 @@ pub(super) struct Offer {
 pub(super) const OFFERS: [Offer; 5] = [
     Offer {
         name: "check",
-        about: "What is wrong with a program: errors and warnings with file, line, column and remedy, and the block that its FMU runs. Or \
-                what is wrong with FMUs. JSON",
+        about: "Reports the errors and warnings of a program with file, line, column and remedy, and the block that its FMU runs; or the \
+                problems of FMUs. JSON",
         options: check::Options::augment_args,
         needed: &["files"],
         is_json: true,
     },
     Offer {
         name: "show",
-        about: "A program as SCL, as it was understood; blocks in LAD and FBD, too",
+        about: "Prints a program as SCL, as it was understood, including blocks in LAD and FBD",
         options: show::Options::augment_args,
         needed: &["files"],
         is_json: false,
     },
     Offer {
         name: "build",
-        about: "Makes an FMU of a program, without a compiler; the path of the FMU",
+        about: "Builds an FMU from a program, without a compiler; returns the path of the FMU",
         options: build::Options::augment_args,
         // The cycle restricts it to programs: a crate, whose build scripts would run, is refused.
         needed: &["files", "cycle"],
@@ -46,16 +46,16 @@ pub(super) const OFFERS: [Offer; 5] = [
     },
     Offer {
         name: "test",
-        about: "Runs the test cases of a program (a .toml, or a folder with several): what failed, when and where, and how many lines of \
-                statements were run. JSON",
+        about: "Runs the test cases of a program (a .toml, or a folder with several): returns what failed, when and where, and how many \
+                statement lines were run. JSON",
         options: test::Options::augment_args,
         needed: &["file"],
         is_json: true,
     },
     Offer {
         name: "run",
-        about: "Runs FMUs and a program together, with stimuli (set, signals): the last values, figures and events, and with out a CSV \
-                with a row for each step. JSON",
+        about: "Runs FMUs and a program together, with stimuli (set, signals): returns the last values, figures and events; out writes \
+                a CSV with a row for each step. JSON",
         options: run::Options::augment_args,
         needed: &["files"],
         is_json: true,
@@ -117,7 +117,7 @@ impl Offer {
         for (name, value) in request {
             let unknown = || {
                 let names: Vec<&str> = takes.iter().map(|(name, _)| name.as_str()).collect();
-                format!("{} takes no {name:?}, only {}", self.name, names.join(", "))
+                format!("{} has no argument {name:?}; its arguments are {}", self.name, names.join(", "))
             };
             let (_, arg) = takes.iter().find(|(taken, _)| taken == name).with_context(unknown)?;
             for text in texts(value).with_context(|| format!("{name}: {value}"))? {

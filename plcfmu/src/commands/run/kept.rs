@@ -233,7 +233,7 @@ impl Kept<'_> {
             return Err(self.why_none());
         }
         if self.rows > MOST_CALLS {
-            return Err(format!("no figures: the run has more than {MOST_CALLS} steps, plcfmu study has them"));
+            return Err(format!("no figures: the run has more than {MOST_CALLS} steps; use plcfmu study"));
         }
         let travel_unit = self.travel_unit.as_deref();
         // No call is made at the end.
