@@ -1,4 +1,4 @@
-//! One colour for a signal, in all pictures: those of the pages and those of a run.
+//! Assigns each signal one colour in all pictures, those of the pages and those of a run.
 
 use anyhow::{Context, Result};
 use blocks::{Block, EachBlock};
@@ -18,7 +18,7 @@ fn colors(table: &Table, known: impl Fn(&str) -> Option<usize>) -> Result<Colors
     Ok(Colors::new(table, roles.signals().map(|role| role.map(String::as_str)), known))
 }
 
-/// The colour that a variable of this name has on the page of the first block or plant of this program that draws it.
+/// The colour of a variable with this name on the page of the first linked block or plant that draws it.
 pub fn known(name: &str) -> Option<usize> {
     let mut search = Search { name, found: None };
     blocks::for_each_block(&mut search);
@@ -37,7 +37,7 @@ impl EachBlock for Search<'_> {
             return;
         }
         let table = Table::from(B::TABLE);
-        // Those of blocks inside have names with a dot, and are not asked for.
+        // Variables of inner blocks have a dot in their names, and are never looked up.
         self.found = table.find(self.name).and_then(|row| colors(&table, |_| None).ok()?.of_row(row));
     }
 }

@@ -4,12 +4,12 @@ use anyhow::{Error, Result, anyhow, bail};
 use std::io::{self, ErrorKind};
 use std::process::{Command, Stdio};
 
-/// Begins a part of the output, before the programs that follow write theirs.
+/// Prints a heading before the output of the programs that follow.
 pub fn heading(part: &str) {
     println!("\n== {part}");
 }
 
-/// Runs a program that talks to the user itself.
+/// Runs a program with direct access to the terminal.
 ///
 /// # Errors
 /// It cannot be started, or ends with a status other than 0.
@@ -24,7 +24,7 @@ pub fn run(command: &mut Command) -> Result<()> {
 /// Runs a program silently and returns its standard output.
 ///
 /// # Errors
-/// As [`run()`], with the program's output.
+/// As for [`run()`]; the message includes the program's output.
 pub fn output(command: &mut Command) -> Result<String> {
     let output = command.stdin(Stdio::null()).output().map_err(|error| not_started(command, &error))?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -35,7 +35,7 @@ pub fn output(command: &mut Command) -> Result<String> {
     Ok(text)
 }
 
-/// The reason why a program was not started, and the remedy.
+/// Why a program could not be started, and the remedy.
 pub fn not_started(command: &Command, error: &io::Error) -> Error {
     let program = command.get_program().to_string_lossy();
     match error.kind() {
@@ -44,7 +44,7 @@ pub fn not_started(command: &Command, error: &io::Error) -> Error {
     }
 }
 
-/// The command line, as one would type it.
+/// The command line, as a user would type it.
 pub fn shown(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     let words: Vec<_> = words.map(|word| word.to_string_lossy()).collect();

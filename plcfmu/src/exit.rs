@@ -1,4 +1,4 @@
-//! How a command ends: errors with their own exit codes.
+//! Exit codes, and the errors that select them.
 
 use anyhow::Error;
 use host::machine::Fault;
@@ -8,7 +8,7 @@ use std::fmt;
 use std::process::ExitCode;
 use study::Interrupted;
 
-/// The problems of a file, for a terminal: each with its line of the file.
+/// The problems of a file, for a terminal: each with its line in the file.
 #[derive(Debug)]
 pub struct Wrong(pub Problems);
 
@@ -21,7 +21,7 @@ impl fmt::Display for Wrong {
 
 impl std::error::Error for Wrong {}
 
-/// A file that cannot be read, which has its own exit code.
+/// A file cannot be read: an error with its own exit code.
 #[derive(Debug)]
 pub struct Unreadable(pub Error);
 
@@ -33,7 +33,7 @@ impl fmt::Display for Unreadable {
 
 impl std::error::Error for Unreadable {}
 
-/// Two things are different, as was printed, which has its own exit code.
+/// The printed differences: an error with its own exit code.
 #[derive(Clone, Copy, Debug)]
 pub struct Differs;
 
@@ -45,8 +45,8 @@ impl fmt::Display for Differs {
 
 impl std::error::Error for Differs {}
 
-/// The exit code of an error: 1 is that of a finding, 2 that of a wrong command, 3 that of a file that cannot be read or of a machine that
-/// cannot do it, and 130 (128 and the number of its signal) that of Ctrl-C.
+/// The exit code of an error: 1 for a finding, 2 for wrong arguments, 3 for a file that cannot be read or a fault of
+/// the machine, and 130 (128 plus the signal number) for Ctrl-C.
 pub fn code(error: &Error) -> ExitCode {
     match () {
         () if error.is::<Interrupted>() => ExitCode::from(130),

@@ -1,18 +1,18 @@
-//! Handles Ctrl-C, and on Unix SIGTERM and SIGHUP: the one handler of all commands.
+//! Handles Ctrl-C, and on Unix SIGTERM and SIGHUP, for all commands.
 
 use host::package::temporary;
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// The flag that a command looks at while it can end in order.
+/// The flag that a command polls while it can end gracefully.
 static FLAG: Mutex<Weak<AtomicBool>> = Mutex::new(Weak::new());
 
-/// From now on a signal ends the command with exit code 130, and leaves nothing temporary. While there is a [`flag`], the first
-/// signal sets it instead.
+/// Installs the handler: a signal removes temporary files and ends the command with exit code 130. While a [`flag`]
+/// exists, the first signal sets it instead.
 ///
 /// # Errors
-/// The system does not let signals be handled.
+/// The system does not allow a signal handler.
 pub fn guard() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| {
         let flag = FLAG.lock().unwrap_or_else(PoisonError::into_inner).upgrade();
@@ -23,8 +23,8 @@ pub fn guard() -> Result<(), ctrlc::Error> {
     })
 }
 
-/// Becomes true at the first signal. Whoever holds it looks at it, and ends the command in order; a second signal ends the command
-/// at once.
+/// Becomes true at the first signal. Its holder polls it and ends the command gracefully; a second signal ends the
+/// command immediately.
 pub fn flag() -> Arc<AtomicBool> {
     let flag = Arc::default();
     *FLAG.lock().unwrap_or_else(PoisonError::into_inner) = Arc::downgrade(&flag);

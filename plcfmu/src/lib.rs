@@ -1,7 +1,7 @@
-//! Builds, checks, shows and runs FMUs: the library behind the command `plcfmu`.
+//! Builds, checks, describes and runs FMUs: the library of the command `plcfmu`.
 //!
-//! The feature `s7`, on by default, reads data blocks of a PLC over the network; `server`, on by default too, is the parameter
-//! tool's server on this machine.
+//! The feature `s7`, on by default, reads data blocks of a PLC over the network; `server`, also on by default, is the
+//! parameter tool's local server.
 
 pub mod build;
 pub mod colors;

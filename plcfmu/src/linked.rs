@@ -1,4 +1,4 @@
-//! The blocks and plants linked into this program, which a study runs in place of their FMUs.
+//! The blocks and plants linked into this program, which a study runs instead of their FMUs.
 
 use blocks::table::abreast::{Abreast, EachInLanes, InLanes, Lanes};
 use blocks::{Block, EachBlock};
@@ -9,8 +9,8 @@ use study::worker::Linked;
 use tool::linked::Instance;
 
 /// Finds the block of an FMU, if it is linked into this program: an equal GUID means that the variables and start
-/// values are the same. Only the library reveals whether the law is, too, see [`Linked::code`]. A preset has another
-/// GUID.
+/// values are the same. Only the library reveals whether the law is also the same, see [`Linked::code`]. A preset has a
+/// different GUID.
 pub fn find(description: &Description) -> Option<Linked> {
     let mut search = Search { guid: &description.guid, found: None };
     blocks::for_each_block(&mut search);
@@ -38,7 +38,7 @@ impl EachInLanes for Search<'_> {
 }
 
 impl Search<'_> {
-    /// Runs side by side store the block as a `G`.
+    /// Runs made side by side store the block as a `G`.
     fn look_at<B: Block, G: Abreast<B>>(&mut self) {
         if Guid::<B>::TEXT == self.guid {
             let instantiate = |name: &str| Ok(Box::new(Instance::<B>::abreast::<G>(name)?) as Box<dyn Reset>);

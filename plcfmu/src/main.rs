@@ -14,13 +14,13 @@ use plcfmu::commands::{
 use plcfmu::{exit, interruption, tell};
 use std::process::ExitCode;
 
-/// The commands that run code of FMUs.
+/// The help about commands that run FMU code.
 const NATIVE_CODE: &str = "\
 Native code of FMUs runs in a process of its own, in run, check --run, study, tune-study, in tool when a loop is started, and in mcp \
 when its client calls run. preset starts each preset once. params, preset and tool also load an FMU of a block of your own that is \
 named, to read its table. No other command runs any.";
 
-/// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
+/// Makes FMUs from PLC blocks; inspects, checks and runs FMUs.
 #[derive(Parser)]
 #[command(name = "plcfmu", version, after_help = NATIVE_CODE)]
 struct Arguments {
@@ -46,20 +46,22 @@ enum Command {
     Figures(figures::Options),
     Completions(manual::Completions),
     Manual(manual::Manual),
-    /// Make a crate for a block of your own, or a program in SCL
+    /// Create a crate for your own block, or a program in SCL
     ///
-    /// The crate builds as it stands: it comes with the sources that it needs. With --scl it is a PLC program and a test of its
-    /// logic, which need no compiler.
+    /// The crate builds as created: it includes the sources that it needs. With --scl, the command creates a PLC
+    /// program and a test of its logic, which need no compiler.
     New(new::Options),
     /// Pack a PLC program in SCL, or the FMUs of the current crate or workspace
     ///
-    /// `plcfmu build machine.scl --cycle 100ms` makes an FMU of a program, without a compiler, and runs nothing of the current folder.
+    /// `plcfmu build machine.scl --cycle 100ms` makes an FMU from a program, without a compiler, and runs no code from
+    /// the current folder.
     ///
-    /// Without sources, it builds, packs and checks the crate's FMUs with Cargo. This runs code of the crate: its build scripts and
-    /// macros, and what .cargo/config.toml and rust-toolchain.toml name. Build crates that you trust.
+    /// Without sources, it builds, packs and checks the crate's FMUs with Cargo. This runs code from the crate: its
+    /// build scripts and macros, and programs named in .cargo/config.toml and rust-toolchain.toml. Build only crates
+    /// that you trust.
     ///
-    /// Links Linux libraries against an old glibc where zig and cargo-zigbuild are found: in target/venv, in the active Python
-    /// environment, on PATH, or in the environment of python3.
+    /// Links Linux libraries against an old glibc if zig and cargo-zigbuild are found: in target/venv, in the active
+    /// Python environment, on PATH, or in the environment of python3.
     Build(build::Options),
     Merge(merge::Options),
     Preset(preset::Options),
@@ -68,7 +70,7 @@ enum Command {
     Mcp(mcp::Options),
     #[cfg(feature = "server")]
     Tool(tool::Options),
-    /// Run foreign code for another process of plcfmu
+    /// Run foreign code for another plcfmu process
     #[command(name = COMMAND, hide = true)]
     Child(child::Options),
 }

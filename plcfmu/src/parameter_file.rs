@@ -1,4 +1,4 @@
-//! Parameter files of a PLC, and what else holds the values of a loop.
+//! Parameter files of a PLC, and other sources of the values of a loop.
 
 use crate::exit::{Unreadable, Wrong};
 use crate::package::apart;
@@ -17,11 +17,12 @@ use std::time::Duration;
 /// The time limit for the library of an FMU to return its block.
 const LOADING: Duration = Duration::from_secs(60);
 
-/// Reads the loops of a file: a parameter file, whose extension selects the format if none is given, and its encoding found out as
-/// [`Source::new`] does; an FMU, whose start values are those of one loop; or a data block of a PLC, `s7://HOST/RACK/SLOT/DBn`.
+/// Reads the loops of a file: a parameter file, whose extension selects the format if none is given and whose encoding
+/// is detected like in [`Source::new`]; an FMU, whose start values are those of one loop; or a data block of a PLC,
+/// `s7://HOST/RACK/SLOT/DBn`.
 ///
 /// # Errors
-/// The file cannot be read, or all that is wrong with it, with file, line and column.
+/// The file cannot be read, or has problems: all of them, with file, line and column.
 pub fn read(
     name: &str,
     format: Option<Format>,
@@ -79,10 +80,10 @@ pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
     read(name, None, None, &BlockType::all(), options)
 }
 
-/// The format of a file, by its extension. The format of standard input has to be named.
+/// The format of a file, by its extension. Standard input needs an explicit format.
 ///
 /// # Errors
-/// The extension is that of no format.
+/// No format has this extension.
 pub fn format_of(name: &str) -> Result<Format> {
     ensure!(name != Source::STANDARD_INPUT, "standard input has no extension: name its format with --format");
     Format::of_file(name).with_context(|| {
@@ -109,12 +110,12 @@ fn read_fmu(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
     Ok(Reading { loops: vec![one], wrong: remarks.clone(), remarks })
 }
 
-/// Whether an FMU is named as one of this block.
+/// Whether an FMU's name is that of this block.
 pub(crate) fn is_of(description: &Description, block: &BlockType) -> bool {
     description.model_identifier() == Some(&block.name)
 }
 
-/// The start values of an FMU of a block, as a loop that is read from `file`.
+/// The start values of a block's FMU, as a loop read from `file`.
 ///
 /// # Errors
 /// The FMU lacks a start value, or the block cannot have it.
@@ -126,7 +127,7 @@ pub(crate) fn start_values(description: &Description, block: &Arc<BlockType>, na
     Ok(one)
 }
 
-/// The start values that an FMU has for the settings of a block.
+/// An FMU's start values of the settings of a block.
 fn values(description: &Description, block: &BlockType) -> Result<Vec<(usize, Value)>> {
     let mut values = Vec::new();
     let places = description.places(block.members.iter().map(|of| (of.name.as_str(), (of.kind, of.role))));
@@ -142,8 +143,8 @@ fn values(description: &Description, block: &BlockType) -> Result<Vec<(usize, Va
     Ok(values)
 }
 
-/// The block of an FMU that was made with `fmu::export!`, from the table in its library for this machine, which is loaded in a process
-/// of its own. That of a program comes from its sources.
+/// The block of an FMU made with `fmu::export!`, from the table in its library for this machine, which is loaded in a
+/// separate process. The block of a program is read from its sources.
 ///
 /// # Errors
 /// The FMU cannot be loaded here, ends its process, or was made otherwise.

@@ -1,4 +1,4 @@
-//! PLC programs in SCL: files and a manifest to a typed program.
+//! PLC programs in SCL: reads the files named by a manifest.
 
 mod folder;
 pub mod survey;
@@ -17,12 +17,12 @@ use parameters::problem::drawn;
 use parameters::tags::{self, Tags};
 use std::path::{Path, PathBuf};
 
-/// The sources, and beside each document in SIMATIC SD (`.s7dcl`) the file with its texts (`.s7res`), where there is one.
+/// The sources, each SIMATIC SD document (`.s7dcl`) followed by its text file (`.s7res`), if it has one.
 fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
     let mut all: Vec<PathBuf> = Vec::new();
     for file in files {
         let texts = file.with_extension("s7res");
-        // A link to texts elsewhere is left out, as the links below a folder are.
+        // A link to texts elsewhere is ignored, like the links below a folder.
         let folder_of = |file: &Path| file.canonicalize().ok()?.parent().map(Path::to_path_buf);
         let is_beside = texts.is_file() && folder_of(&texts) == folder_of(file);
         let is_beside = folder::ending(file) == "s7dcl" && is_beside && !files.contains(&texts);
@@ -32,7 +32,7 @@ fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
     all
 }
 
-/// Whether a file belongs to the sources of a program: it is named, or is below one of its folders.
+/// Whether a file is one of a program's sources: named, or below a named folder.
 ///
 /// # Errors
 /// A folder cannot be read, or has no source.
@@ -42,7 +42,7 @@ pub fn has_source(manifest: &Manifest, file: &Path) -> Result<bool> {
     Ok(Files::new(&manifest.sources)?.sources.iter().any(is_same))
 }
 
-/// The sources and the tag tables below a folder, as `run` takes it.
+/// The sources and the tag tables below a folder, as `run` reads it.
 ///
 /// # Errors
 /// The folder cannot be read, or has no source.
@@ -51,7 +51,7 @@ pub fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok([sources, tables].concat())
 }
 
-/// Whether a path belongs to a program: a source, a tag table, or a folder with sources that is no crate.
+/// Whether a path belongs to a program: a source, a tag table, or a folder with sources that is not a crate.
 pub fn is_part(path: &Path) -> bool {
     match path.is_dir() {
         true => !path.join("Cargo.toml").is_file() && Files::new(&[path.to_path_buf()]).is_ok(),
@@ -77,8 +77,8 @@ pub fn instead(file: &Path) -> Option<String> {
     ))
 }
 
-/// Whether a file is a source with a block that is executed; else it holds types and data alone, as a parameter file does. The
-/// blocks of .awl are in STL.
+/// Whether a file is a source with an executable block. Otherwise it contains only types and data, like a parameter
+/// file. Blocks in .awl are STL, which is not executed.
 pub fn has_code(file: &Path) -> bool {
     if file.is_dir() {
         return is_part(file);

@@ -1,4 +1,4 @@
-//! Progress on standard error, if it is a terminal. Elsewhere only the lines that stay are written.
+//! Shows progress on standard error if it is a terminal. Otherwise, only permanent lines are written.
 
 use crate::tell;
 use indicatif::{HumanFloatCount, ProgressBar, ProgressState, ProgressStyle};
@@ -24,25 +24,25 @@ impl Progress {
         Progress { bar }
     }
 
-    /// For `length` pieces of work.
+    /// For `length` items.
     pub fn bar(length: usize) -> Progress {
         Progress::styled(length, "{bar:30} {pos}/{len} {msg}")
     }
 
-    /// For `length` steps, with the time that is left.
+    /// For `length` steps, with the remaining time.
     pub fn steps(length: usize) -> Progress {
         Progress::styled(length, "{bar:30} {percent:>3} %  {pos}/{len} steps, {eta} left")
     }
 
-    /// For `length` candidates of a search, with the best so far and the time that is left.
+    /// For `length` candidates of a search, with the best so far and the remaining time.
     pub fn candidates(length: usize) -> Progress {
         Progress::styled(length, "{bar:30} {pos}/{len} candidates, {eta} left, {msg}")
     }
 
-    /// For `length` runs of this many control cycles, `done` of them finished, with the rate and the time left.
+    /// For `length` runs of this many control cycles, `done` of them finished, with the rate and the remaining time.
     pub fn runs(length: u64, done: u64, cycles: usize) -> Progress {
         let rate = move |state: &ProgressState, to: &mut dyn fmt::Write| {
-            // If the terminal cannot be written, nothing else has to be done.
+            // A failed write to the terminal can be ignored.
             let _ = write!(to, "{}", HumanFloatCount((state.per_sec() * cycles as f64).round()));
         };
         let runs_rate = |state: &ProgressState, to: &mut dyn fmt::Write| {
@@ -71,7 +71,7 @@ impl Progress {
         Progress { bar }
     }
 
-    /// The next piece of work begins.
+    /// Shows the item that begins.
     pub fn begin(&self, text: &str) {
         self.bar.set_message(text.to_string());
         self.bar.tick();
@@ -82,18 +82,18 @@ impl Progress {
         self.bar.inc(1);
     }
 
-    /// This many pieces of work are done.
+    /// Sets the number of finished items.
     pub fn set(&self, done: usize) {
         self.bar.set_position(done as u64);
     }
 
-    /// Writes a line that stays, above the bar.
+    /// Writes a permanent line above the bar.
     pub fn line(&self, text: &str) {
         self.bar.suspend(|| println!("{text}"));
     }
 }
 
-/// A rate: whole numbers, and two digits of slow runs.
+/// A rate: a whole number, or one decimal below 10 per second.
 fn rate_of(per_second: f64) -> String {
     if per_second >= 10.0 { format!("{}/s", HumanFloatCount(per_second.round())) } else { format!("{per_second:.1}/s") }
 }

@@ -1,4 +1,4 @@
-//! Messages of the command beside its results: errors, warnings, remarks and notes, on standard error.
+//! Messages in addition to a command's results: errors, warnings, remarks and notes, on standard error.
 
 use crate::exit::{Differs, Wrong};
 use anstream::eprintln;
@@ -8,13 +8,13 @@ use parameters::problem::each_drawn;
 use std::sync::atomic::{AtomicBool, Ordering};
 use study::Interrupted;
 
-/// Whether results and errors alone are printed.
+/// Whether only results and errors are printed.
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 
-/// Behind the options of a command.
+/// The help heading of these options, after those of the command.
 const HEADING: &str = "What is printed";
 
-/// The amount of messages, and whether they are in colour.
+/// Which messages are printed, and whether they are coloured.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct Options {
     /// Print results and errors only: no warnings, remarks, notes and progress
@@ -26,7 +26,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Applies it to all further messages.
+    /// Applies the options to all further messages.
     pub fn apply(self) {
         IS_QUIET.store(self.quiet, Ordering::Relaxed);
         let color = match self.color {
@@ -38,12 +38,13 @@ impl Options {
     }
 }
 
-/// Whether warnings, remarks, notes and progress are wanted.
+/// Whether warnings, remarks, notes and progress are suppressed.
 pub fn is_quiet() -> bool {
     IS_QUIET.load(Ordering::Relaxed)
 }
 
-/// Prints an error: a line for each problem of a file, else one for the error with its causes. Differences are printed already.
+/// Prints an error: a line for each problem of a file, otherwise one line for the error with its causes. Differences
+/// have already been printed.
 pub fn error(error: &Error) {
     if let Some(Wrong(problems)) = error.downcast_ref() {
         each_drawn(problems).for_each(|problem| line("error", AnsiColor::Red, &problem));
@@ -87,7 +88,7 @@ fn line(kind: &str, color: AnsiColor, text: &str) {
     eprintln!("{style}{kind}:{style:#} {}", shortened(&plain(text.trim_end())));
 }
 
-/// A text with its longest words cut: the garbage that a damaged file has as a name, but no path.
+/// Cuts very long words, such as the garbage that a damaged file has as a name. Paths are shorter.
 fn shortened(text: &str) -> String {
     const LONGEST: usize = 5000;
     const KEPT: usize = 200;
@@ -101,7 +102,7 @@ fn shortened(text: &str) -> String {
     text.split_inclusive(char::is_whitespace).map(cut).collect()
 }
 
-/// A text without the characters that a terminal takes for orders: they are shown as escape sequences. Lines stay.
+/// Replaces characters that a terminal interprets as commands with escape sequences. Line breaks and tabs are kept.
 pub fn plain(text: &str) -> String {
     let is_order = |c: char| {
         c.is_control() && c != '\n' && c != '\t'

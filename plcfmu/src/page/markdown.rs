@@ -1,4 +1,4 @@
-//! A block's documentation, Markdown, as HTML. Formulas in LaTeX become MathML.
+//! Converts a block's Markdown documentation to HTML. LaTeX formulas become MathML.
 
 use anyhow::{Context, Result, anyhow};
 use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
@@ -14,10 +14,10 @@ const DIAGRAM: &str = "diagram";
 /// The fence of the machine-readable part of a block's dialog.
 const DIALOG: &str = "dialog";
 
-/// The documentation of a block, taken apart at its headings.
+/// The documentation of a block, split at its headings.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Sections<'a> {
-    /// Heading and text, in order. The text before the first heading has an empty one.
+    /// Headings and texts, in order. The text before the first heading has an empty heading.
     sections: Vec<(&'a str, &'a str)>,
 }
 
@@ -46,16 +46,16 @@ impl<'a> Sections<'a> {
         Some(self.sections.remove(place).1)
     }
 
-    /// Removes all sections that are still there.
+    /// Removes and returns all remaining sections.
     pub(super) fn take_all(&mut self) -> Vec<(&'a str, &'a str)> {
         std::mem::take(&mut self.sections)
     }
 }
 
-/// Markdown as HTML. Words that are names of variables in `linked` become links to their anchors, where the text names them first.
+/// Markdown as HTML. Variable names in `linked` become links to their anchors where they first occur in the text.
 ///
 /// # Errors
-/// A formula that is not in the LaTeX understood here.
+/// A formula is not in the supported subset of LaTeX.
 pub(super) fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     let mut events = Vec::new();
     let mut fence: Option<(String, String)> = None;
@@ -86,11 +86,11 @@ pub(super) fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     }
     let mut html = String::new();
     pulldown_cmark::html::push_html(&mut html, events.into_iter());
-    // Wide lines scroll: so that the keyboard reaches them.
+    // Wide lines scroll; the attribute makes them reachable from the keyboard.
     Ok(html.replace("<pre>", r#"<pre tabindex="0">"#))
 }
 
-/// A text for print: a line does not end between a number and its percent sign or unit, degC is °C and m2 is m².
+/// Text for display: no line break between a number and its percent sign or unit, °C for degC, and m² for m2.
 pub(super) fn shown(text: &str) -> String {
     const UNITS: [&str; 14] = ["%", "°C", "K", "s", "ms", "h", "rpm", "min", "m", "cm", "m²", "m³/h", "l/min", "bar"];
     let text = modeldescription::units::shown(text);
@@ -107,7 +107,7 @@ pub(super) fn shown(text: &str) -> String {
     printed
 }
 
-/// A text whose words are links where they are the names of variables, but not those that are `named` already.
+/// Turns variable names in a text into links, except those already in `named`.
 fn with_links(text: &str, linked: &[&str], named: &mut Vec<String>) -> Vec<Event<'static>> {
     let is_in_name = |character: char| character.is_ascii_alphanumeric() || "_.".contains(character);
     let mut events = Vec::new();
@@ -125,7 +125,7 @@ fn with_links(text: &str, linked: &[&str], named: &mut Vec<String>) -> Vec<Event
     events
 }
 
-/// A formula as MathML that scrolls where it is too wide.
+/// A formula as MathML that scrolls if it is too wide.
 fn formula(latex: &str) -> Result<String> {
     let latex = latex.split_whitespace().collect::<Vec<_>>().join(" ");
     let storage = Storage::new();
@@ -141,13 +141,14 @@ fn formula(latex: &str) -> Result<String> {
     Ok(format!("<div class=\"formula\" tabindex=\"0\" role=\"group\" aria-label=\"Formula\">{mathml}</div>\n"))
 }
 
-/// A formula in which variables are identifiers. As text they would count as space, beside which a minus has no room.
+/// Turns variable names in a formula into identifiers: as text, they would count as space, and a minus sign next to
+/// them would be set without spacing.
 fn with_names(mathml: &str) -> String {
     let mut pieces = mathml.split("<mtext>");
     let mut named = pieces.next().unwrap_or_default().to_string();
     for (text, rest) in pieces.filter_map(|piece| piece.split_once("</mtext>")) {
         let is_name = text.chars().all(|one| one.is_ascii_uppercase() || one.is_ascii_digit() || one == '_');
-        // A single letter would be slanted.
+        // A single letter would be set in italics.
         let (tag, upright) = if is_name { ("mi", " mathvariant=\"normal\"") } else { ("mtext", "") };
         named.push_str(&format!("<{tag}{upright}>{text}</{tag}>{rest}"));
     }

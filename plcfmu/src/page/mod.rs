@@ -1,4 +1,4 @@
-//! `documentation/index.html`: everything a user of the FMU needs to know, in one file.
+//! `documentation/index.html`: a single-file guide for users of the FMU.
 
 mod markdown;
 
@@ -23,7 +23,7 @@ struct Page<'a> {
     /// Whether it is a block diagram.
     has_diagram: bool,
     has_boolean_terminals: bool,
-    /// Whether there are variables of these types; the page then explains them.
+    /// Whether there are variables of these types, which the page then explains.
     has_words: bool,
     has_integers: bool,
     has_singles: bool,
@@ -40,15 +40,15 @@ struct Page<'a> {
     sampling: String,
     law: Vec<Section>,
     after_responses: Vec<Section>,
-    /// The source of its rules, by the documentation.
+    /// The origins of the block's rules that its documentation names.
     origins: Vec<(&'static str, &'static str)>,
     responses: Vec<Drawing>,
-    /// Whether one of them has inputs.
+    /// Whether any of them shows inputs.
     has_dashed_lines: bool,
     /// Seconds between two calls of the first response.
     response_cycle: f64,
     characteristics: Vec<Drawing>,
-    /// Link and label of the files with the recorded response.
+    /// Links and labels of the files with the recorded responses.
     recordings: [(String, &'static str); 2],
     groups: Vec<Group<'a>>,
     license: &'a str,
@@ -76,7 +76,7 @@ struct Drawing {
     /// SVG.
     plot: String,
     has_dashed_lines: bool,
-    /// Seconds between two calls, if different from those of the first response.
+    /// Seconds between two calls, if different from the first response.
     cycle: Option<f64>,
 }
 
@@ -100,8 +100,8 @@ struct Variable<'a> {
     reference: usize,
 }
 
-/// The page. `license` is the licence of the block's package, as given in its `Cargo.toml`; `source` is the name of the
-/// FMU's C file, if it has one.
+/// Renders the page. `license` is the licence of the block's package, as given in its `Cargo.toml`; `source` is the
+/// name of the FMU's C file, if it has one.
 ///
 /// # Errors
 /// A drawing, a formula or the page cannot be rendered.
@@ -128,7 +128,7 @@ pub fn html(
         |heading| anyhow::Ok(take(&[(heading, heading)])?.pop().map_or(String::new(), |section| section.text));
     // The text next to the diagram.
     let (about_diagram, sampling) = (text("Diagram")?, text("Sampling")?);
-    // Documentation without headings describes the algorithm.
+    // Documentation without a heading describes the algorithm.
     let law = take(&[("Algorithm", "Algorithm"), ("", "Algorithm"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
     let colors = crate::colors::assign(table)?;
@@ -197,7 +197,7 @@ pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
     markdown::html(&row.help, &others).with_context(|| format!("the help of {}", row.name))
 }
 
-/// Those sections of a block's documentation that have these titles, as HTML.
+/// The sections of a block's documentation with these titles, as HTML.
 ///
 /// # Errors
 /// A formula cannot be rendered.
@@ -253,7 +253,7 @@ fn characteristic_drawing(
     })
 }
 
-/// The source of its rules, by the documentation.
+/// The origins of the block's rules that its documentation names.
 fn origins(table: &Table) -> Vec<(&'static str, &'static str)> {
     let is_named = |word: &str| table.docs.contains(&format!("({word}")) || table.docs.contains(&format!(", {word})"));
     laws::ORIGINS.into_iter().filter(|(word, _)| is_named(word)).collect()

@@ -1,4 +1,4 @@
-//! A folder as a program: which of the files below it belong to one.
+//! A folder as a program: finds the files below it that belong to the program.
 
 use super::workbook;
 use ::program::LARGEST;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// The maximum depth of folders searched.
 const DEEPEST: usize = 32;
 
-/// The most files and folders that are looked at: a project has hundreds.
+/// The maximum number of files and folders searched: a project has hundreds.
 const MOST: usize = 100_000;
 
 /// The files of a program.
@@ -24,7 +24,7 @@ pub(super) struct Files {
     pub tables: Vec<PathBuf>,
 }
 
-/// The ending of a file in small letters.
+/// A file's extension in lower case.
 pub(super) fn ending(file: &Path) -> String {
     file.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase()
 }
@@ -47,16 +47,16 @@ pub(super) fn is_table(file: &Path) -> bool {
     kind(file) == Kind::Table
 }
 
-/// Whether a file is a source of a program, by its ending; XML is one unless it is a tag table.
+/// Whether a file is a program source, judging by its extension; an XML file is one unless it is a tag table.
 pub fn is_source(file: &Path) -> bool {
     SOURCES.contains(&ending(file).as_str()) && !is_table(file)
 }
 
 impl Files {
-    /// The files that are named, and those of the program below the folders that are.
+    /// The named files, and the program files below the named folders.
     ///
     /// # Errors
-    /// A folder cannot be read, or has no file of a program.
+    /// A folder cannot be read, or has no program source.
     pub(super) fn new(named: &[PathBuf]) -> Result<Files> {
         let mut files = Files::default();
         for path in named {
@@ -97,7 +97,7 @@ pub fn test_files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// All files below a folder that have one of these endings. Hidden folders and links are left out.
+/// All files below a folder with one of these extensions, except links and hidden files and folders.
 fn collect(folder: &Path, depth: usize, endings: &[&str], found: &mut Vec<PathBuf>) -> Result<()> {
     ensure!(depth < DEEPEST, "{} is more than {DEEPEST} folders deep", folder.display());
     let unreadable = || format!("{} cannot be read", folder.display());

@@ -1,4 +1,4 @@
-//! A summary, as a table, of a program in a folder, and of its missing parts.
+//! A table that summarizes a program in a folder and its missing parts.
 
 use super::parts;
 use ::program::project::Parts;
@@ -18,7 +18,7 @@ pub fn table(named: &[PathBuf], manifest: &Manifest) -> Result<Option<String>> {
     Ok(describe(named, &parts(manifest)?))
 }
 
-/// The same of a program that was read.
+/// The same for a program that has been read.
 pub fn describe(named: &[PathBuf], parts: &Parts) -> Option<String> {
     if !named.iter().any(|path| path.is_dir()) {
         return None;

@@ -75,7 +75,7 @@ impl File {
     /// Reads a file.
     ///
     /// # Errors
-    /// It cannot be read, or is faulty; the message has file, line and column.
+    /// It cannot be read, or is faulty; the message includes file, line and column.
     pub fn read(path: &Path) -> Result<File> {
         let (shown, bytes) = Source::load(path, Source::LARGEST).map_err(Error::msg)?;
         let source = Source::new(shown, bytes);
@@ -141,24 +141,24 @@ pub struct Trial {
     lines: BTreeMap<(u16, u32), bool>,
 }
 
-/// The expectation of a step, and its end.
+/// The expectation of a step, and the calls to which it applies.
 struct Expectation<'a> {
     step: &'a Spanned<Step>,
     first: i64,
     last: i64,
-    /// It must hold at least once; otherwise in every call.
+    /// Whether it must hold at least once, rather than in every call.
     is_once: bool,
     values: Vec<(&'a str, Given)>,
 }
 
-/// The place and type of a variable.
+/// The location and type of a variable.
 #[derive(Clone, Copy)]
 enum Slot {
     Number(usize, Scalar),
     Text(TextPlace),
 }
 
-/// A value of a case, and the place of its variable.
+/// A value in a case, and the location of its variable.
 enum Given {
     Number(usize, Value),
     Text(TextPlace, String),
@@ -201,7 +201,7 @@ impl Trial {
     /// Runs a test case; returns what failed, if anything did.
     ///
     /// # Errors
-    /// The test case is invalid: a sentence with file and line.
+    /// The test case is invalid; the message includes file and line.
     pub fn run(&mut self, file: &File, case: &Case) -> Result<Option<String>> {
         self.machine.restart();
         let mut settings: BTreeMap<i64, Vec<Given>> = BTreeMap::new();
@@ -235,7 +235,7 @@ impl Trial {
                 break;
             }
         }
-        // The last file is the library of timers.
+        // The last file is the timer library.
         let sources = self.program.files.len() - 1;
         for (at, is_run) in self.machine.coverage().filter(|(at, _)| at.line > 0 && usize::from(at.file) < sources) {
             *self.lines.entry((at.file, at.line)).or_default() |= is_run;
@@ -266,7 +266,7 @@ impl Trial {
         Ok((setting, Expectation { step, first, last, is_once: content.within.is_some(), values }))
     }
 
-    /// Describes the deviation from an expectation in a call, if it makes the expectation fail.
+    /// Describes a deviation in a call that makes an expectation fail.
     fn check(&self, file: &File, call: i64, expectations: &[Expectation], held: &mut [bool]) -> Option<String> {
         for (expectation, held) in expectations.iter().zip(held) {
             if !(expectation.first..=expectation.last).contains(&call) || *held {
@@ -321,7 +321,7 @@ impl Slot {
     }
 }
 
-/// A value of a test case, as the program's value.
+/// A value of a test case, converted for the program.
 fn value(name: &str, given: &toml::Value, of: Scalar) -> Result<Value> {
     let wrong = || anyhow!("{given} is not a value of {name}, which is {of}");
     let number = |number: f64| match of {
@@ -374,7 +374,7 @@ impl Coverage {
         self.lines.values().filter(|is_run| **is_run).count()
     }
 
-    /// A page with the sources of the program that distinguishes executed lines from those that were not.
+    /// A page with the program sources, which distinguishes executed lines from lines that were not executed.
     pub fn page(&self, sources: &[Source]) -> String {
         let mut page = String::from(
             "<!doctype html>\n<meta charset=\"utf-8\">\n<title>Coverage</title>\n\

@@ -6,13 +6,13 @@ use parameters::tags::workbook::{Rows, sheets};
 use parameters::tags::{self, Tags};
 use std::io::Cursor;
 
-/// The largest unpacked size of a part, in bytes: a hundred times that of a large plant.
+/// The maximum unpacked size of a part, in bytes: a hundred times that of a large plant.
 const MOST_BYTES: u64 = 32 << 20;
 
-/// The tags and constants of all sheets that have their headings.
+/// The tags and constants of all sheets with the headings of a tag table.
 ///
 /// # Errors
-/// It is no workbook, or unpacks to too much, or a row of a table is wrong: a sentence without the file's name.
+/// It is not a workbook, is too large when unpacked, or has a faulty row; the message does not name the file.
 pub(super) fn read(bytes: Vec<u8>) -> Result<Tags> {
     let mut tags = Tags::default();
     let mut has_table = false;
@@ -28,7 +28,7 @@ pub(super) fn read(bytes: Vec<u8>) -> Result<Tags> {
     Ok(tags)
 }
 
-/// Whether the file is a workbook with a table of tags: one of other things in the folder of a program is left alone.
+/// Whether the file is a workbook with a tag table. Other workbooks in a program folder are ignored.
 pub(super) fn is_table(bytes: &[u8]) -> bool {
     let names = ["PLC Tags", "Constants"];
     all(bytes)

@@ -19,7 +19,7 @@ const ABOUT: [&str; 3] = ["Purpose", "Quick start", "Limits of use"];
 struct Asset<'a> {
     /// SVG.
     diagram: String,
-    /// HTML by the name of the variable; variables without a help are left out.
+    /// HTML by the name of the variable; variables without help are left out.
     help: BTreeMap<&'a str, String>,
     /// HTML.
     about: String,

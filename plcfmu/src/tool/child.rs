@@ -1,8 +1,8 @@
 //! An instance of a foreign FMU in a separate process, see [`host::child`]: a crash or an endless loop ends only that
 //! process.
 //!
-//! The calls of one message are made in their order up to the first that fails; there is one reply to all of them. Writing is held
-//! back until the next other call, so that a step takes one message.
+//! The calls in one message are made in order up to the first that fails, with a single reply. Writes are queued until
+//! the next other call, so that a step needs only one message.
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use host::child::{self, End, Prints, Process, serve};
@@ -46,12 +46,12 @@ impl Call {
     }
 }
 
-/// The answer of the child.
+/// The child's reply.
 #[derive(Debug, Deserialize, Serialize)]
 enum Reply {
     Done,
     Values(Vec<f64>),
-    /// A call that the FMU refused, and the reason.
+    /// A call was refused, for this reason.
     Refused(String),
 }
 
@@ -61,11 +61,11 @@ pub struct Child {
     process: Process,
     /// Calls that are made with the next message.
     queued: Vec<Call>,
-    /// The reason why the process has ended.
+    /// Why the process has ended.
     end: Option<String>,
 }
 
-/// The time limit of an FMU's calls is that of `starter`.
+/// Instantiates the FMU in a separate process. `starter` specifies the time limit of its calls.
 ///
 /// # Errors
 /// The FMU at `path` cannot be loaded or refuses, or it crashes or hangs.
@@ -81,7 +81,7 @@ impl Child {
         Ok(Child { process, queued: vec![Call::Open(path.to_path_buf())], end: None })
     }
 
-    /// Makes the calls that are held back, and this one.
+    /// Makes the queued calls, then this one.
     fn ask(&mut self, call: Call) -> Result<Reply> {
         if let Some(end) = &self.end {
             bail!("{end}");
@@ -150,7 +150,7 @@ impl Component for Child {
     }
 }
 
-/// A type as a message has it.
+/// A type's number in a message.
 fn number(kind: Type) -> u8 {
     Type::ALL.iter().position(|other| *other == kind).map_or(u8::MAX, |place| place as u8)
 }
@@ -159,10 +159,10 @@ fn kind(number: u8) -> Result<Type> {
     Type::ALL.get(usize::from(number)).copied().context("no such type")
 }
 
-/// Runs the FMU unpacked in `folder` as standard input asks.
+/// Runs the FMU unpacked in `folder` as requested on standard input.
 ///
 /// # Errors
-/// No standard output, or the other side has ended.
+/// Standard output is missing, or the other side has closed the connection.
 pub fn run(folder: &Path) -> Result<()> {
     serve(folder, |channel| {
         let (mut fmu, mut instance) = (None, None);

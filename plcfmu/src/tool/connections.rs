@@ -1,7 +1,7 @@
 //! The connections of the server: their number is limited, and idle ones are closed.
 //!
-//! Every program of this machine can connect. A connection becomes trusted with the first request that has the page's
-//! cookie. It must do so within `INTRODUCTION`; untrusted connections are closed first when there are too many.
+//! Any program on this machine can connect. A connection becomes trusted with the first request that has the page's
+//! cookie. It must do so within `INTRODUCTION`; if there are too many connections, untrusted ones are closed first.
 
 use axum::Router;
 use axum::extract::Request;
@@ -22,19 +22,19 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::task::AbortHandle;
 use tokio::time::{Sleep, sleep, timeout};
 
-/// This many connections are open at a time; a browser opens six. WebSockets, one for each tab, are not counted.
+/// The maximum number of open connections; a browser opens six. WebSockets, one for each tab, are not counted.
 const MOST: usize = 64;
 
-/// The time within which a connection must show the cookie.
+/// The time limit for a connection to present the cookie.
 const INTRODUCTION: Duration = Duration::from_secs(10);
 
-/// The time limit for the head of a request, and for the wait until the next one.
+/// The time limit for the head of a request, including the idle time before it.
 const HEAD: Duration = Duration::from_secs(60);
 
-/// The time for which the other side may leave an answer unread.
+/// How long the other side may leave an answer unread.
 const UNREAD: Duration = Duration::from_secs(30);
 
-/// The time to wait if the system has no resources for another connection.
+/// How long to wait if the system has no resources for another connection.
 const NO_ROOM: Duration = Duration::from_millis(50);
 
 /// Whether a connection has presented the cookie; an extension of each of its requests.
@@ -42,7 +42,7 @@ const NO_ROOM: Duration = Duration::from_millis(50);
 pub struct Trust(Arc<AtomicBool>);
 
 impl Trust {
-    /// The cookie has been shown.
+    /// Marks the connection as trusted.
     pub fn give(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -52,7 +52,7 @@ impl Trust {
     }
 }
 
-/// Answers all connections until it is dropped.
+/// Serves all connections until it is dropped.
 pub async fn serve(listener: TcpListener, routes: Router) {
     let mut open: VecDeque<(Trust, AbortHandle)> = VecDeque::new();
     loop {
@@ -62,7 +62,7 @@ pub async fn serve(listener: TcpListener, routes: Router) {
         };
         open.retain(|(_, task)| !task.is_finished());
         if open.len() >= MOST {
-            // If all are trusted, the new one has to wait for its turn.
+            // If all are trusted, the new connection is closed.
             let Some(place) = open.iter().position(|(trust, _)| !trust.is_given()) else { continue };
             if let Some((_, task)) = open.remove(place) {
                 task.abort();
@@ -71,7 +71,7 @@ pub async fn serve(listener: TcpListener, routes: Router) {
         let trust = Trust::default();
         let task = tokio::spawn(answer(stream, routes.clone(), trust.clone()));
         open.push_back((trust, task.abort_handle()));
-        // The task that was aborted closes its connection.
+        // Lets an aborted task close its connection.
         tokio::task::yield_now().await;
     }
 }
@@ -93,10 +93,10 @@ async fn answer(stream: TcpStream, routes: Router, trust: Trust) {
     }
 }
 
-/// A connection that ends when the other side does not read.
+/// A connection that ends if the other side stops reading.
 struct Stream {
     stream: TcpStream,
-    /// The time by which the other side has to read; `None` while it does.
+    /// The deadline for the other side to read; `None` while it is reading.
     unread: Option<Pin<Box<Sleep>>>,
 }
 

@@ -1,5 +1,5 @@
-//! The home of the engine behind `plcfmu tool`. FMU libraries are never loaded into this process: the blocks of this
-//! program are linked into it, and instances of other FMUs run in separate processes.
+//! The home of the engine in `plcfmu tool`. FMU libraries are never loaded into this process: plcfmu's blocks are
+//! linked into it, and instances of other FMUs run in separate processes.
 
 use crate::linked;
 use crate::package::apart;
@@ -43,7 +43,7 @@ pub struct Known {
 
 #[derive(Debug)]
 enum Source {
-    /// In this process: its library was compiled from code that is linked into this program.
+    /// In this process: its library was compiled from the same code that is linked into this program.
     Linked(Box<worker::Linked>, PathBuf),
     /// Each in a separate process.
     Apart(PathBuf),
@@ -112,7 +112,7 @@ fn short(text: &str) -> String {
     text.chars().take(MOST).collect()
 }
 
-/// The question to the user. All text from the FMU is quoted and short, so that it cannot be mistaken for the tool's
+/// The question to the user. Text from the FMU is quoted and shortened, so that it cannot be mistaken for the tool's
 /// own.
 fn question(name: &str, description: &Description) -> String {
     let said = [("tool", &description.generation_tool), ("author", &description.author)];
@@ -159,7 +159,7 @@ impl Collection {
         self.fmus.iter().filter_map(|known| known.table.as_deref())
     }
 
-    /// The start values of an FMU of a known block, as a parameter file; `None` for any other FMU.
+    /// The start values of a known block's FMU, as a parameter file; `None` for any other FMU.
     fn parameters(&self, description: &Description, name: &str) -> Option<File> {
         let of_block = |block: &Arc<BlockType>| parameter_file::start_values(description, block, name, name).ok();
         let mut blocks = self.blocks.iter().filter(|block| parameter_file::is_of(description, block));
@@ -202,12 +202,12 @@ pub struct Inspected {
     summary: String,
     tool: Option<String>,
     author: Option<String>,
-    /// The question to the user before it runs. Quotes text from the FMU.
+    /// The question to the user before it runs, which quotes text from the FMU.
     question: String,
     platforms: Vec<String>,
     /// Why it cannot run here.
     problem: Option<String>,
-    /// The start values of an FMU of a known block.
+    /// The start values, if the FMU's block is known.
     parameters: Option<File>,
 }
 
@@ -293,7 +293,8 @@ impl FmuHome {
         Ok(entry)
     }
 
-    /// The name, with a number appended if another FMU has it. An upload that has not been accepted is replaced.
+    /// The name, with a number appended if another FMU has it. Uploads that have not been accepted do not reserve their
+    /// names.
     fn free_name(&self, name: &str) -> String {
         let name = shortened(if name.is_empty() { "FMU" } else { name }).replace(|c: char| c.is_control(), "");
         let is_taken = |name: &String| self.known(name).is_ok();

@@ -29,10 +29,10 @@ const ENGINE: &str = "tool_wasm";
 pub const WEB: Platform =
     Platform { folder: "the page", newer: "the page", target: "wasm32-unknown-unknown", suffix: ".wasm" };
 
-/// The maximum size of the page in bytes, so that it fits into a mail.
+/// The maximum size of the page in bytes, so that it fits into an e-mail.
 const LARGEST: usize = 1_600_000;
 
-/// The page to make.
+/// Options for building the page.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     /// Folder of the FMUs that the page explains; by default, all FMUs are packed first
@@ -67,7 +67,7 @@ pub fn place(workspace: &Workspace) -> PathBuf {
 }
 
 /// The cargo that compiles for the page. Installs Rust's standard library for it if missing: by rustup, or from its
-/// sources, which a cargo of the repository also compiles. Prints a line on what was done.
+/// sources, which a cargo wrapper in the repository then also compiles. Prints a line stating which.
 ///
 /// # Errors
 /// [`Missing`].
@@ -98,7 +98,7 @@ fn cargo(workspace: &Workspace) -> Result<Command> {
 /// # Errors
 /// [`Missing`], before anything is built; the engine cannot be built, or an FMU is damaged.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
-    // First what may be missing.
+    // Check first for what may be missing.
     let cargo = cargo(workspace)?;
     if options.fmus.is_none() {
         pack::run(workspace, &pack::Options::default())?;

@@ -1,9 +1,9 @@
 //! The page of the parameter tool as one self-contained HTML file: `web/index.html` with everything that it refers to.
 //!
 //! Modules import each other as `tool/NAME.js`. The page contains them as one packed script, where each module is a
-//! block that follows those it imports: on a slow machine, a browser takes a second to load them one by one.
-//! `web/boot.js` turns the script into a blob URL, so that the page also works from a file. A content security policy
-//! allows only that script and the scripts it creates.
+//! block after its imports: on a slow machine, a browser takes a second to load them one by one. `web/boot.js` turns
+//! the script into a blob URL, so that the page also works from a file. A content security policy allows only that
+//! script and the scripts it creates.
 
 use anyhow::{Context, Result, bail, ensure};
 use base64::Engine as _;
@@ -89,7 +89,7 @@ fn is_source(name: &str) -> bool {
     [".html", ".css", ".js"].iter().any(|end| name.ends_with(end)) || name == "LICENSE"
 }
 
-/// The page.
+/// Assembles the page.
 ///
 /// # Errors
 /// A file that the page refers to is missing, or cannot be embedded in HTML.
@@ -176,7 +176,7 @@ fn style(sources: &Sources, file: &str) -> Result<String> {
     Ok(separators.iter().fold(text, |text, (from, to)| text.replace(from, to)))
 }
 
-/// The statement that sets the page's style. Packing the style with the scripts reduces it to a quarter of its size.
+/// The statement that sets the page's style. Packing the style with the scripts shrinks it to a quarter of its size.
 fn styled(style: &str) -> Result<String> {
     let text = serde_json::to_string(style)?;
     Ok(format!("document.head.append(Object.assign(document.createElement(\"style\"), {{ textContent: {text} }}));\n"))
@@ -261,7 +261,7 @@ fn script(modules: &[(String, String)]) -> Result<String> {
     Ok(script)
 }
 
-/// The statement that takes the names of an import from `modules`.
+/// The statement that reads the names of an import from `modules`.
 fn taken(import: &str) -> Option<String> {
     let (names, from) = import.strip_prefix("import ")?.strip_suffix(';')?.rsplit_once(" from ")?;
     Some(format!("const {} = modules[{from}];", names.replace(" as ", ": ")))
@@ -316,7 +316,7 @@ fn licences(sources: &Sources) -> Result<String> {
 pub fn packed(bytes: &[u8], home: Home) -> Result<String> {
     let mut gzip = Vec::new();
     match home {
-        // The page is packed once, but everyone who loads it waits for every byte.
+        // The page is packed once, but every user downloads every byte.
         Home::Page => {
             let iteration_count = NonZeroU64::new(ITERATIONS).context("at least one")?;
             let options = zopfli::Options { iteration_count, ..zopfli::Options::default() };

@@ -1,12 +1,12 @@
-//! The server of the parameter tool: the page, and an engine for each tab that shows it.
+//! The server of the parameter tool: serves the page, and runs an engine for each tab that shows it.
 //!
 //! It serves one user on a machine that may have other users. It listens only on 127.0.0.1. All URLs begin with a
 //! random token. The URL of the page contains a one-time code: the browser that opens it gets a cookie, which all other
-//! requests require. Code of a foreign FMU runs only for clients that also know a secret contained in the page. The
-//! `Host` header must name this server, so a foreign domain that resolves to this address is rejected; `Origin`, if
-//! present, must be that of the page; and all changes are POST requests with a content type and a header that a page
-//! from another origin may send only after a preflight request, which is never granted. A WebSocket needs no preflight,
-//! but browsers always send its origin.
+//! requests require. Foreign FMU code runs only for clients that also have a secret contained in the page. The `Host`
+//! header must name this server, so a foreign domain that resolves to this address is rejected; `Origin`, if present,
+//! must be that of the page; and all changes are POST requests with a content type and a header that a page from
+//! another origin may send only after a preflight request, which the server never grants. A WebSocket needs no
+//! preflight, but browsers always send its origin.
 
 use crate::tool::connections::{self, Trust};
 use crate::tool::home::{Collection, File, FmuHome};
@@ -151,7 +151,7 @@ impl Server {
         Ok(Server { runtime, listener, port, access: Access::new(port)? })
     }
 
-    /// An address of the page, good for one browser.
+    /// An address of the page, valid for one browser.
     ///
     /// # Errors
     /// The system has no random numbers.
@@ -197,7 +197,7 @@ impl Server {
     }
 }
 
-/// Waits until all engines have shut down. One whose FMU does not return ends with the process.
+/// Waits until all engines have shut down. An engine whose FMU does not return ends with the process.
 fn wait(are_over: &Receiver<()>) {
     let _ = are_over.recv_timeout(FAREWELL);
 }
@@ -216,7 +216,7 @@ fn interrupted() -> Result<impl Future<Output = ()>> {
     }))
 }
 
-/// Ends when the user interrupts the command.
+/// Completes when the user interrupts the command.
 #[cfg(windows)]
 fn interrupted() -> Result<impl Future<Output = ()>> {
     let mut interrupts = tokio::signal::windows::ctrl_c().context("cannot register a handler for Ctrl-C")?;
@@ -243,7 +243,7 @@ fn routes(shared: &Arc<Shared>) -> Router {
 /// Admits requests that address this server and come from its own page or have no origin.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
     let mut response = match () {
-        // RFC 9112: a server must reject a request with two.
+        // RFC 9112: a server must reject a request with two `Host` headers.
         () if request.headers().get_all(HOST).iter().count() > 1 => StatusCode::BAD_REQUEST.into_response(),
         () if shared.allows(request.headers()) => next.run(request).await,
         () => StatusCode::FORBIDDEN.into_response(),
@@ -296,7 +296,8 @@ async fn open(State(shared): State<Arc<Shared>>, Query(Code { code }): Query<Cod
         Err(error) => return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}")).into_response(),
     }
     let cookie = format!("plcfmu={cookie}; Path=/{token}/; HttpOnly; SameSite=Strict");
-    // The cookie is not sent with a navigation from another site, not even after a redirect. From this page, it is.
+    // A browser does not send the cookie with a navigation from another site, even after a redirect, but does from this
+    // page.
     ([(SET_COOKIE, cookie)], Html(leading_to(&format!("/{token}/")))).into_response()
 }
 
@@ -325,7 +326,7 @@ struct Upload {
     file: String,
 }
 
-/// The user's FMU, which is read but not run.
+/// Receives the user's FMU, which is read but not run.
 async fn upload(
     State(shared): State<Arc<Shared>>,
     Query(Upload { file }): Query<Upload>,
@@ -390,7 +391,7 @@ async fn presence(
     Ok((StatusCode::SWITCHING_PROTOCOLS, headers).into_response())
 }
 
-/// The page's version of the files named by the command.
+/// The page's version of the files named on the command line.
 #[derive(Deserialize)]
 struct Version {
     /// A hash of the files.
@@ -435,7 +436,7 @@ async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, 
     if length.is_some_and(|length| length > most as u64) {
         return Err(too_large());
     }
-    // It also fails if the page is gone, when no one reads the reason.
+    // This also fails if the page is gone; then the reason is not read.
     let body = timeout(BODY, to_bytes(body, most)).await.map_err(|_| Refusal {
         status: StatusCode::REQUEST_TIMEOUT,
         message: format!("the request did not arrive within {} s", BODY.as_secs()),
@@ -457,7 +458,7 @@ fn json(engine: usize, content: String) -> Response {
         .into_response()
 }
 
-/// Why a request is refused.
+/// A refused request: the status and the reason.
 struct Refusal {
     status: StatusCode,
     message: String,
@@ -576,7 +577,7 @@ fn is_identifier(id: &str) -> bool {
 }
 
 impl Tabs {
-    /// The tab with this name; a new tab gets a new engine. The most recently used tab is moved to the end.
+    /// Returns the tab with this name and moves it to the end of the list; a new tab gets a new engine.
     fn tab(&mut self, id: &str, collection: &Arc<Collection>) -> Result<&Tab, Refusal> {
         let tab = match self.tabs.iter().position(|tab| tab.id == id) {
             Some(place) => self.tabs.remove(place),
