@@ -186,7 +186,7 @@ def test_the_input_is_not_overwritten_and_an_unknown_ending_is_refused(params, t
         "error: ./a.json is read by this command: write to another file\n"
     )
     assert (tmp_path / "a.json").read_bytes() == text
-    assert "a.txt: the extension is that of no parameter file; those are .awl" in params("a.txt").stderr
+    assert "a.txt: not the extension of a parameter file, which is one of .awl" in params("a.txt").stderr
     (tmp_path / "a.txt").write_bytes(text)
     assert params("a.txt", "--format", "json").returncode == 0
 

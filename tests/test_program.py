@@ -654,11 +654,11 @@ def test_a_file_that_is_no_source_comes_with_what_to_do(command, tmp_path):
         assert done.returncode != 0
         return done.stdout + done.stderr
 
-    no_source = "is neither an FMU nor a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a tag table: "
+    no_source = "is neither an FMU nor a program source (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a tag table: "
     for verb in ("check", "build"):
-        remedy = {"check": "plant is a folder: name FMUs", "build": "plant is a folder without sources of a program (.scl, "}
+        remedy = {"check": "plant is a folder: name FMUs", "build": "plant is a folder without program sources (.scl, "}
         assert remedy[verb] in told(verb, "plant")
-        assert f"motor.st {no_source}rename a source in SCL to .scl" in told(verb, "motor.st")
+        assert f"motor.st {no_source}rename an SCL source to .scl" in told(verb, "motor.st")
     assert "motor.st" in (mixed := told("build", "a.scl", "motor.st", "--cycle=1s")) and "rename" in mixed
     assert "tags.csv:1:1: write a name, a colon and a type: Start : Bool" in told("check", "a.scl", "--tag", "tags.csv")
 

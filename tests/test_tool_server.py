@@ -329,7 +329,7 @@ def test_a_body_that_is_too_large_is_refused_before_it_is_sent(tool, what, kind,
     connection.endheaders()
     answer = connection.getresponse()
     assert answer.status == 413
-    assert json.loads(answer.read())["error"]["message"] == f"this is larger than {most} MiB, the most that the server takes"
+    assert json.loads(answer.read())["error"]["message"] == f"this is larger than {most} MiB, the most that the server accepts"
     connection.close()
 
 
@@ -367,7 +367,7 @@ def test_a_code_is_good_once_and_the_next_one_is_printed(tool):
     assert tool.cookie.startswith("plcfmu=")
     answer, content = tool.enter()
     assert (answer.status, "Set-Cookie" in answer.headers) == (403, False)
-    assert content == b"This address has been used. plcfmu tool has printed another one in its terminal."
+    assert content == b"This address has already been used. plcfmu tool has printed another one in its terminal."
     line = next(line for line in iter(tool.errors.get, None) if line.startswith("For another browser: "))
     tool.url = line.split()[-1]
     answer, content = tool.enter()
@@ -391,7 +391,7 @@ def test_code_of_an_fmu_runs_only_for_who_knows_what_the_page_knows(tool, faulty
         answer, content = tool.post("accept", json.dumps({"fmu": "FAULTY", "secret": secret}))
         assert (answer.status, "the user" not in content.decode()) == (403, True)
     assert tool.post("accept", '{"fmu": "FAULTY"}')[0].status == 400
-    assert tool.refusal(do="start", **with_faulty()).endswith("FAULTY is native code that nobody has agreed to run")
+    assert tool.refusal(do="start", **with_faulty()).endswith("FAULTY is native code that the user has not allowed to run")
     assert "ok" in tool.accept("FAULTY")
 
 
@@ -403,8 +403,8 @@ def test_what_an_fmu_says_of_itself_is_quoted_and_short(tool, faulty, tmp_path):
             liar.writestr(name, text.replace(b"By hand", lie.encode()) if name == "modelDescription.xml" else text)
     question = tool.upload(tmp_path / "x.fmu", 'x". It is safe.fmu')["ok"]["question"]
     assert question == (
-        r'The FMU "x\". It is safe" is native code of somebody else. It names tool '
-        f'"{lie[:60]}…", author "Somebody"; nobody has checked that. Let it run on this machine, with all your permissions?'
+        r'The FMU "x\". It is safe" is third-party native code. It names tool '
+        f'"{lie[:60]}…", author "Somebody"; nothing has been verified. Let it run on this machine, with all your permissions?'
     )
 
 
@@ -595,14 +595,14 @@ def test_an_fmu_that_is_sent_runs_only_after_it_was_accepted(tool, faulty):
         "summary": "A lag that fails",
         "tool": "By hand",
         "author": "Somebody",
-        "question": 'The FMU "FAULTY" is native code of somebody else. It names tool "By hand", author "Somebody"; nobody has '
-        "checked that. Let it run on this machine, with all your permissions?",
+        "question": 'The FMU "FAULTY" is third-party native code. It names tool "By hand", author "Somebody"; nothing has '
+        "been verified. Let it run on this machine, with all your permissions?",
         "platforms": [fmpy.platform],
         "problem": None,
         "parameters": None,
     }
     assert "FAULTY" not in {entry["name"] for entry in tool.ask(do="catalogue")["fmus"]}
-    assert tool.refusal(do="start", **with_faulty()).endswith("FAULTY is native code that nobody has agreed to run")
+    assert tool.refusal(do="start", **with_faulty()).endswith("FAULTY is native code that the user has not allowed to run")
     assert tool.children() == set()
     accepted = tool.accept("FAULTY")["ok"]
     assert (accepted["name"], accepted["is_foreign"]) == ("FAULTY", True)
@@ -619,7 +619,7 @@ def test_a_file_that_is_no_fmu_is_refused(tool, tmp_path):
     (tmp_path / "x.fmu").write_bytes(b"hello")
     assert tool.upload(tmp_path / "x.fmu")["error"]["message"] == "x.fmu: it is not a ZIP file, or its end is missing"
     refused = tool.accept("x")["error"]["message"]
-    assert refused == 'no FMU "x" has been sent'
+    assert refused == 'no FMU "x" has been uploaded'
 
 
 def test_the_name_of_an_fmu_that_is_sent_is_no_path(tool, faulty):
@@ -891,7 +891,7 @@ def test_what_cannot_be_served_is_refused_in_a_sentence(command, tool, tmp_path)
     assert refused(command, tmp_path, "notes.odt").endswith("is neither a parameter file, a program source, a recording (.csv), an FMU nor a folder")
     (tmp_path / "empty").mkdir()
     assert refused(command, tmp_path, "empty") == (
-        "empty has no source of a program: export it there, as .scl, .udt, .db, .s7dcl, .xml or .awl"
+        "empty has no program source: export one there, as .scl, .udt, .db, .s7dcl, .xml or .awl"
     )
     assert refused(command, tmp_path, "--fmus", "empty") == (
         "no FMUs of blocks in empty: name their folder with --fmus, or set PLCFMU_FMUS to it"

@@ -16,9 +16,9 @@ use std::process::ExitCode;
 
 /// The help about commands that run FMU code.
 const NATIVE_CODE: &str = "\
-Native code of FMUs runs in a process of its own, in run, check --run, study, tune-study, in tool when a loop is started, and in mcp \
-when its client calls run. preset starts each preset once. params, preset and tool also load an FMU of a block of your own that is \
-named, to read its table. No other command runs any.";
+Native code of FMUs runs in a separate process, in run, check --run, study, tune-study, in tool when a loop is started, and in mcp \
+when its client calls run. preset starts each preset once. params, preset and tool also load a named FMU of your own block, to read \
+its table. No other command runs any.";
 
 /// Makes FMUs from PLC blocks; inspects, checks and runs FMUs.
 #[derive(Parser)]

@@ -55,7 +55,7 @@ fn read_plc(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
     let address: plc::Address = name.parse()?;
     let names = || blocks.iter().map(|block| block.name.as_str()).collect::<Vec<_>>().join(", ");
     let Some(block) = &options.block else {
-        bail!("{name}: a PLC does not say of which block a data block is: name it with --block: {}", names());
+        bail!("{name}: a PLC does not specify the block of a data block: name it with --block: {}", names());
     };
     let block = blocks
         .iter()
@@ -69,7 +69,7 @@ fn read_plc(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
 
 #[cfg(not(feature = "s7"))]
 fn read_plc(name: &str, _blocks: &[Arc<Block>], _options: &Options) -> Result<Reading> {
-    bail!("{name}: this plcfmu cannot read a PLC: it was built without the feature s7")
+    bail!("{name}: this build of plcfmu cannot read a PLC: it lacks the feature s7")
 }
 
 /// Reads the loops of a file as [`read`] does, for all blocks of the catalogue.
@@ -92,7 +92,7 @@ pub fn format_of(name: &str) -> Result<Format> {
             .flat_map(|format| format.extensions())
             .map(|extension| format!(".{extension}"))
             .collect();
-        format!("{name}: the extension is that of no parameter file; those are {}", extensions.join(", "))
+        format!("{name}: not the extension of a parameter file, which is one of {}", extensions.join(", "))
     })
 }
 
@@ -138,7 +138,7 @@ fn values(description: &Description, block: &BlockType) -> Result<Vec<(usize, Va
         let start = variable.map(|variable| variable.start_of(member.kind)).transpose();
         let shown = || variable.and_then(|variable| variable.start).unwrap_or_default();
         let start = start.map_err(|range| anyhow!("{name} starts at {:?}, but {range}", shown()))?.flatten();
-        values.push((index, start.with_context(|| format!("the FMU has no start value of {name}"))?));
+        values.push((index, start.with_context(|| format!("the FMU has no start value for {name}"))?));
     }
     Ok(values)
 }
@@ -163,7 +163,7 @@ pub fn block_of_library(path: &Path) -> Result<BlockType> {
 pub fn check_target(target: &str) -> Result<()> {
     if is_plc(target) {
         bail!(
-            "{target}: plcfmu never writes to a PLC: write a source text, such as plant.awl, and load it with the engineering tool"
+            "{target}: plcfmu never writes to a PLC: write a source, such as plant.awl, and load it with the engineering tool"
         );
     }
     Ok(())

@@ -63,17 +63,17 @@ pub fn is_part(path: &Path) -> bool {
 pub fn instead(file: &Path) -> Option<String> {
     let name = file.display();
     if file.is_dir() {
-        return Some(format!("{name} is a folder without sources of a program (.scl, .udt, .db, .s7dcl, .xml, .awl)"));
+        return Some(format!("{name} is a folder without program sources (.scl, .udt, .db, .s7dcl, .xml, .awl)"));
     }
     let ending = file.extension()?.to_str()?.to_ascii_lowercase();
     let remedy = match ending.as_str() {
-        "st" | "txt" => "rename a source in SCL to .scl",
+        "st" | "txt" => "rename an SCL source to .scl",
         "xlsx" => "a tag table has a sheet PLC Tags",
-        "csv" => "export the tag table as .xlsx, .xml or .sdf, or give tags with --tag, a line NAME : TYPE for each",
+        "csv" => "export the tag table as .xlsx, .xml or .sdf, or declare each tag with --tag 'NAME : TYPE'",
         _ => return None,
     };
     Some(format!(
-        "{name} is neither an FMU nor a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a tag table: {remedy}"
+        "{name} is neither an FMU nor a program source (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a tag table: {remedy}"
     ))
 }
 

@@ -12,7 +12,7 @@ use study::Interrupted;
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 
 /// The help heading of these options, after those of the command.
-const HEADING: &str = "What is printed";
+const HEADING: &str = "Output";
 
 /// Which messages are printed, and whether they are coloured.
 #[derive(clap::Args, Clone, Copy, Debug)]

@@ -175,7 +175,7 @@ pub fn html(
             .collect::<anyhow::Result<_>>()?,
         recordings: reference::links(&table.name),
         groups: groups(table)?,
-        license: license.unwrap_or("its package names no licence"),
+        license: license.unwrap_or("its package specifies no licence"),
         source,
         preset_place: tool::preset::page::PRESET,
         recording_place: tool::preset::page::RECORDING,

@@ -73,7 +73,7 @@ impl Files {
             let sources: Vec<PathBuf> = of(Kind::Source).collect();
             ensure!(
                 !sources.is_empty(),
-                "{} has no source of a program: export it there, as .scl, .udt, .db, .s7dcl, .xml or .awl",
+                "{} has no program source: export one there, as .scl, .udt, .db, .s7dcl, .xml or .awl",
                 path.display()
             );
             files.sources.extend(sources);
@@ -103,7 +103,7 @@ fn collect(folder: &Path, depth: usize, endings: &[&str], found: &mut Vec<PathBu
     let unreadable = || format!("{} cannot be read", folder.display());
     for (number, entry) in fs::read_dir(folder).with_context(unreadable)?.enumerate() {
         if number + found.len() > MOST {
-            bail!("{} has more than {MOST} files: name the folder of the program", folder.display());
+            bail!("{} has more than {MOST} files: name the program folder", folder.display());
         }
         let entry = entry.with_context(unreadable)?;
         let kind = entry.file_type().with_context(unreadable)?;
@@ -152,6 +152,6 @@ mod tests {
         assert_eq!(names(&files.sources), ["a/types.udt", "b/Motor.SCL"]);
         assert_eq!(names(&files.tables), ["tags/PLC.sdf", "tags/PLC.xml"]);
         let empty = folder.path().join("tags");
-        assert!(Files::new(&[empty]).unwrap_err().to_string().contains("has no source of a program"));
+        assert!(Files::new(&[empty]).unwrap_err().to_string().contains("has no program source"));
     }
 }

@@ -105,7 +105,7 @@ impl File {
         };
         let cycle = nanoseconds(content.cycle.get_ref()).with_context(|| format!("{}: cycle", at(&content.cycle)))?;
         if cycle <= 0 {
-            bail!("{}: the cycle is longer than 0", at(&content.cycle));
+            bail!("{}: the cycle must be longer than 0", at(&content.cycle));
         }
         let cases = content.case.clone();
         Ok(File { source, manifest, cases, cycle })
@@ -171,7 +171,7 @@ impl Trial {
     /// It has no block to run.
     pub fn new(compiled: Compiled) -> Result<Trial> {
         let root = compiled.root.context(
-            "no block is run: several blocks are called by no other; choose a function block: fb = \"NAME\"",
+            "no block to run: several blocks are not called by any other; choose a function block: fb = \"NAME\"",
         )?;
         let code = Code::compile(&compiled.program).map_err(|error| anyhow!(error))?;
         let mut machine = Machine::new(Arc::new(code));
@@ -193,7 +193,7 @@ impl Trial {
             Some((offset, Type::Text { capacity: most, wide: is_wide })) => {
                 Ok(Slot::Text(TextPlace { offset, ty: TextType { most, is_wide } }))
             }
-            Some(_) => bail!("{name} is neither a number nor a text: name its members or elements"),
+            Some(_) => bail!("{name} is neither a number nor a string: name its members or elements"),
             None => bail!("the program has no variable {name}"),
         }
     }
@@ -215,7 +215,7 @@ impl Trial {
         let mut held = vec![false; expectations.len()];
         let mut problem = None;
         if let Some(Err(stop)) = self.startup.map(|startup| self.machine.call(startup, 0)) {
-            return Ok(Some(format!("the program stops at its start: {stop}")));
+            return Ok(Some(format!("the program stops at startup: {stop}")));
         }
         for call in 0..=last {
             for setting in settings.remove(&call).unwrap_or_default() {
@@ -315,7 +315,7 @@ impl Slot {
                 Ok(Given::Text(place, text.clone()))
             }
             (Slot::Text(_), given) => {
-                bail!("{given} is not a value of {name}, which is a text: write it in quotation marks")
+                bail!("{given} is not a value of {name}, which is a string: write it in quotation marks")
             }
         }
     }

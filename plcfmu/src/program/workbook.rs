@@ -42,7 +42,7 @@ fn all(bytes: &[u8]) -> Result<Vec<(String, Rows)>> {
             return Ok(None);
         }
         let part = archive.read(path, MOST_BYTES).map_err(|error| format!("{error:#}"))?;
-        String::from_utf8(part).map(Some).map_err(|_| format!("{path} is not in UTF-8"))
+        String::from_utf8(part).map(Some).map_err(|_| format!("{path} is not UTF-8"))
     };
     sheets(&mut part).map_err(Error::msg)
 }

@@ -213,7 +213,7 @@ fn make(fmu: Option<&Fmu>, instance: &mut Option<Instance>, call: Call) -> Resul
         Call::EnterInitialization => made(instance, &Instance::enter_initialization),
         Call::ExitInitialization => made(instance, &Instance::exit_initialization),
         Call::Write(number, references, values) => {
-            ensure!(references.len() == values.len(), "there are not as many values as variables");
+            ensure!(references.len() == values.len(), "the numbers of values and variables differ");
             made(instance, &|of| of.set_all(kind(number)?, &references, &values))
         }
         Call::Step(time, size) => made(instance, &|of| of.step(time, size)),

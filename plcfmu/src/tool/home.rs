@@ -121,7 +121,7 @@ fn question(name: &str, description: &Description) -> String {
     let origin =
         if said.is_empty() { "It does not name its origin".into() } else { format!("It names {}", said.join(", ")) };
     format!(
-        "The FMU {:?} is native code of somebody else. {origin}; nobody has checked that. Let \
+        "The FMU {:?} is third-party native code. {origin}; nothing has been verified. Let \
          it run on this machine, with all your permissions?",
         shortened(name)
     )
@@ -257,7 +257,7 @@ impl FmuHome {
         uploads.waiting.retain(|(other, _)| *other != inspected.name);
         ensure!(
             uploads.waiting.len() + uploads.accepted.len() < MOST_UPLOADS,
-            "a page can send {MOST_UPLOADS} FMUs at most: reload it to start over"
+            "a page can upload at most {MOST_UPLOADS} FMUs: reload it to start over"
         );
         uploads.waiting.push((inspected.name.clone(), temporary::Document::new(None, bytes)?));
         Ok(inspected)
@@ -273,7 +273,7 @@ impl FmuHome {
             return Ok(known.entry());
         }
         let place = uploads.waiting.iter().position(|(other, _)| other == name);
-        let place = place.with_context(|| format!("no FMU {:?} has been sent", shortened(name)))?;
+        let place = place.with_context(|| format!("no FMU {:?} has been uploaded", shortened(name)))?;
         let path = uploads.waiting[place].1.path();
         let mut package = Package::open(path)?;
         let mut table = None;
@@ -308,7 +308,7 @@ impl FmuHome {
         match all.find(|known| known.name == name) {
             Some(known) => Ok(known.clone()),
             None if uploads.waiting.iter().any(|(other, _)| other == name) => {
-                bail!("{} is native code that nobody has agreed to run", shortened(name))
+                bail!("{} is native code that the user has not allowed to run", shortened(name))
             }
             None => bail!("no FMU {:?}", shortened(name)),
         }
@@ -353,7 +353,7 @@ impl Home for FmuHome {
         let is_of_block = |known: &&Arc<Known>| known.table.as_ref().is_some_and(|table| table.name == *block);
         let known = self.collection.fmus.iter().find(is_of_block).map(|known| &known.source);
         let Some(Source::Linked(_, path) | Source::Apart(path)) = known else {
-            bail!("no FMU of {block}: start plcfmu tool with its file, or with --fmus FOLDER")
+            bail!("no FMU for {block}: start plcfmu tool with its file, or with --fmus FOLDER")
         };
         let preset = Original::open(path).and_then(|mut original| original.preset(of));
         Ok(preset.with_context(|| path.display().to_string())?.bytes)

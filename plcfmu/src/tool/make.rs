@@ -51,7 +51,7 @@ impl fmt::Display for Missing {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             formatter,
-            "the page cannot be made here: Rust's standard library for {target} is missing, and rustup cannot fetch it; install it \
+            "the page cannot be built here: Rust's standard library for {target} is missing, and rustup cannot fetch it; install it \
              with 'rustup target add {target}', on Debian with 'apt install --no-install-recommends rustc-web cargo-web \
              rust-web-src', on Fedora with 'dnf install rust-std-static-{target}', on macOS with rustup ('brew install rustup')",
             target = WEB.target
@@ -111,7 +111,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let page = page::assemble(&sources, &Content { home: Home::Page, data: &data })?;
     let path = options.out.as_ref().map_or_else(|| place(workspace), |folder| folder.join(FILE));
     if page.len() > LARGEST {
-        tell::warning(&format!("{FILE} has {} bytes: more than {LARGEST} do not fit into a mail", page.len()));
+        tell::warning(&format!("{FILE} has {} bytes: more than {LARGEST} do not fit into an e-mail", page.len()));
     }
     temporary::place(&path, |file| Ok(file.write_all(page.as_bytes())?), |_| Ok(()))?;
     let kilobytes = |length: usize| length.div_ceil(1000);
@@ -146,7 +146,7 @@ fn tables(folder: &Path) -> Result<Vec<Table>> {
             tables.push(interface.with_context(|| path.display().to_string())?.table);
         }
     }
-    ensure!(!tables.is_empty(), "no FMU in {}: 'cargo xtask fmu' makes them", folder.display());
+    ensure!(!tables.is_empty(), "no FMU in {}: 'cargo xtask fmu' builds them", folder.display());
     tables.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(tables)
 }

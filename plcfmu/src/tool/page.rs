@@ -108,7 +108,7 @@ pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
         scripts.push(text);
         Ok(element)
     })?;
-    ensure!(!page.scripts.is_empty(), "index.html has no script that begins");
+    ensure!(!page.scripts.is_empty(), "index.html has no module script");
     let script = styled(&styles)? + &script(&modules(sources)?)?;
     for (id, bytes) in content.data.iter().chain([&("modules", script.as_bytes())]) {
         let empty = format!(r#"<script type="text/plain" id="{id}"></script>"#);
@@ -157,7 +157,7 @@ impl Page {
     /// Replaces text that occurs exactly once in the page.
     fn replace(&mut self, from: &str, to: &str) -> Result<()> {
         let count = self.html.matches(from).count();
-        ensure!(count == 1, "index.html has {from} {count} times: write it once");
+        ensure!(count == 1, "index.html contains {from} {count} times: it must occur once");
         self.html = self.html.replacen(from, to, 1);
         Ok(())
     }
@@ -533,7 +533,7 @@ mod tests {
         let ends = refusal(&|of| drop(of.insert("boot.js".into(), "'</SCRIPT>'".into())));
         assert_eq!(ends, "boot.js contains </script or <!--, which ends an element of HTML");
         let other = |html: &str| refusal(&|of| drop(of.insert("index.html".into(), html.into())));
-        assert!(other("<body></body>").contains("index.html has no script that begins"));
+        assert!(other("<body></body>").contains("index.html has no module script"));
     }
 
     #[test]

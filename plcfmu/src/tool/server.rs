@@ -270,8 +270,7 @@ async fn known_browser(
     next: Next,
 ) -> Response {
     if !shared.access.knows(request.headers()) {
-        let why =
-            "This page is for the browser that plcfmu tool has opened. plcfmu tool prints an address for another one.";
+        let why = "This page is for the browser opened by plcfmu tool, which prints an address for another browser.";
         return (StatusCode::FORBIDDEN, why).into_response();
     }
     trust.give();
@@ -290,7 +289,7 @@ async fn open(State(shared): State<Arc<Shared>>, Query(Code { code }): Query<Cod
     match shared.access.use_up(&code) {
         Ok(true) => {}
         Ok(false) => {
-            let why = "This address has been used. plcfmu tool has printed another one in its terminal.";
+            let why = "This address has already been used. plcfmu tool has printed another one in its terminal.";
             return (StatusCode::FORBIDDEN, why).into_response();
         }
         Err(error) => return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}")).into_response(),
@@ -425,12 +424,12 @@ async fn text(request: Request) -> Result<(HeaderMap, String), Refusal> {
 async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, Bytes), Refusal> {
     let (Parts { headers, .. }, body) = request.into_parts();
     if headers.get(CONTENT_TYPE).is_none_or(|given| given.as_bytes() != kind.as_bytes()) {
-        let message = format!("the request has to be of the type {kind}");
+        let message = format!("the request must have the content type {kind}");
         return Err(Refusal { status: StatusCode::UNSUPPORTED_MEDIA_TYPE, message });
     }
     let too_large = || Refusal {
         status: StatusCode::PAYLOAD_TOO_LARGE,
-        message: format!("this is larger than {} MiB, the most that the server takes", most >> 20),
+        message: format!("this is larger than {} MiB, the most that the server accepts", most >> 20),
     };
     let length = headers.get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
     if length.is_some_and(|length| length > most as u64) {
@@ -569,7 +568,7 @@ impl Shared {
 /// The name of the requesting tab.
 fn tab(headers: &HeaderMap) -> Result<&str, Refusal> {
     let id = headers.get(TAB).and_then(|id| id.to_str().ok()).filter(|id| is_identifier(id));
-    id.ok_or_else(|| Refusal::bad("the header X-Page has to name the tab: letters, digits and -, 64 at most"))
+    id.ok_or_else(|| Refusal::bad("the header X-Page must name the tab: at most 64 letters, digits and -"))
 }
 
 fn is_identifier(id: &str) -> bool {
