@@ -1,5 +1,5 @@
-//! The parts of an instance that an ordinary step changes, for a program that makes those of several instances at once: one of each
-//! of several runs, whose clocks show the same.
+//! The parts of an instance that an ordinary step changes, for programs that step several instances at the same time:
+//! one instance from each of several runs, with identical clocks.
 
 use crate::clock::Clock;
 use crate::cyclic::Cyclic;
@@ -7,7 +7,7 @@ use crate::instance::Instance;
 use crate::session::Session;
 
 impl<B: Cyclic> Instance<B> {
-    /// The block and the clock, if a step may be an ordinary one.
+    /// The block and the clock, if a step can be ordinary.
     pub fn ordinary_parts(&mut self) -> Option<(&mut B, &mut Clock)> {
         let Session { block, clock, extrapolations } = &mut self.session;
         (B::IS_SURE && extrapolations.is_empty()).then_some((block, clock))

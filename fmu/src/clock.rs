@@ -1,31 +1,31 @@
 //! The times of the calls: integer ticks of whole milliseconds.
 //!
-//! The block is called at `t_k = start + k * CYCLE`, k = 0, 1, 2, ..., as by a cyclic interrupt, whatever the
+//! The block is called at `t_k = start + k * CYCLE`, k = 0, 1, 2, ..., as by a cyclic interrupt, regardless of the
 //! communication step: a step makes every call with `tc <= t_k < tc + h`.
 //!
 //! Hosts compute `tc` in one of two ways, which need opposite treatment:
 //!
-//! - A host that adds up: `tc` is, to the last bit, the sum of the last step's `tc` and `h`, or of the start time and all
-//!   `h` so far. Such a time drifts by the rounding of every addition (0.01 s added a million times is off by 1.7e-7 s), and
-//!   a clock that relied on it would eventually make two calls in one step. So the clock keeps a time of its own, a tick
-//!   counter and an offset from that tick, and adds each `h` to it, as long as rounding can explain the difference from
-//!   `tc`.
+//! - A host that adds up: `tc` is, to the last bit, the sum of the last step's `tc` and `h`, or of the start time and
+//!   all `h` so far. Such a time drifts by the rounding of every addition (0.01 s added a million times is off by
+//!   1.7e-7 s), and a clock that relied on it would eventually make two calls in one step. The clock therefore keeps
+//!   its own time, a tick counter and an offset from that tick, and adds each `h` to it while rounding can explain the
+//!   difference from `tc`.
 //! - A host that computes `tc` anew for every step. Its `h` may be inexact: rounded to 32 bits, or written with a few
-//!   decimals. A clock that added up such an `h` would eventually make a call one step early. So the clock continues from
-//!   `tc`.
+//!   decimals. A clock that added up such an `h` would eventually make a call one step early. The clock therefore
+//!   continues from `tc`.
 //!
 //! If the host is ahead, the clock follows it and makes the calls in between.
 //!
-//! Limits: the rounding of a double grows with |t|, a CYCLE does not.
+//! Limits: the rounding error of a double grows with |t|, a CYCLE does not.
 //!
-//! - Up to |t| / CYCLE = 2^47 (4 000 years at 1 ms), every call is made exactly once, in the step that holds it, if the
-//!   host computes its points anew. Beyond that, where a double hardly distinguishes one call from the next, a step is
-//!   refused.
-//! - Accumulated drift up to CYCLE / 4 is corrected; beyond that the clock follows the host, and one step makes a call more
-//!   or less than the others. From 0 on this takes at least 6e7 steps of CYCLE; at |t| / CYCLE = 1e12 (1e9 s at 1 ms) at
-//!   least 2 000.
+//! - Up to |t| / CYCLE = 2^47 (4 000 years at 1 ms), every call is made exactly once, in the step that contains it, if
+//!   the host recomputes its communication points. Beyond that, where a double hardly distinguishes one call from the
+//!   next, steps are refused.
+//! - Accumulated drift up to CYCLE / 4 is corrected; beyond that, the clock follows the host, and one step makes one
+//!   call more or fewer than the others. Starting at 0, this takes at least 6e7 steps of CYCLE; at |t| / CYCLE = 1e12
+//!   (1e9 s at 1 ms), at least 2 000.
 //! - An `h` whose error is below the rounding of `tc` cannot be distinguished from the step of a host that adds up. For
-//!   a 32-bit `h` this begins at |t| / CYCLE = 1e8.
+//!   a 32-bit `h`, this begins at |t| / CYCLE = 1e8.
 
 use crate::messages;
 use crate::refusal::Refusal;
@@ -38,8 +38,8 @@ pub(crate) const SAME: f64 = 1e-6;
 /// clock follows the host.
 pub(crate) const MOST_DRIFT: f64 = 0.25;
 
-/// How many roundings of a double, beyond the accumulated ones, may separate two times that are meant to be the same: that
-/// of start, of tc, of their difference and of its conversion to milliseconds.
+/// The number of rounding errors of a double, beyond the accumulated ones, that may separate two times meant to be
+/// equal: in start, in tc, in their difference and in its conversion to milliseconds.
 pub(crate) const ROUNDINGS: f64 = 4.0;
 
 /// The resolution of a double at 1 s, in milliseconds.
@@ -48,7 +48,7 @@ pub(crate) const RESOLUTION: f64 = f64::EPSILON * 1000.0;
 /// Equal times may differ by up to this fraction of a CYCLE; beyond it, calls could not be distinguished.
 const MOST_SAME: f64 = 0.125;
 
-/// No step makes more calls than this: a day at 1 ms is 86 million.
+/// The maximum number of calls in a step; a day at 1 ms has 86 million.
 const MOST_CALLS: f64 = 4_294_967_296.0;
 
 /// The time of one block. Positions are milliseconds since the start.
@@ -60,25 +60,25 @@ pub struct Clock {
     pub(crate) stop: f64,
     /// Time between two calls: a whole number of milliseconds.
     pub(crate) cycle: f64,
-    /// Its reciprocal, so that a step needs no division.
+    /// The reciprocal of `cycle`, so that a step needs no division.
     pub(crate) per_cycle: f64,
-    /// The same in seconds.
+    /// `cycle` in seconds.
     pub(crate) period: f64,
-    /// Up to this time, in seconds, a step of one CYCLE can neither reach the stop time nor be beyond what a double
-    /// resolves.
+    /// Up to this time, in seconds, a step of one CYCLE can neither reach the stop time nor exceed the resolution of a
+    /// double.
     pub(crate) horizon: f64,
     /// The relative rounding error, per 1000, up to which a time is still ordinary; below 0 if a step of one CYCLE has
-    /// rounding of its own.
+    /// a rounding error itself.
     pub(crate) rounding: f64,
-    /// Below this tick, every step of one CYCLE from where the last one ended is an ordinary one.
+    /// Below this tick, every step of one CYCLE that starts at the end of the last one is ordinary.
     pub(crate) ordinary_below: i64,
     /// The number k of the next call.
     pub(crate) next: i64,
     /// The present time is `tick * cycle + offset`.
     pub(crate) tick: i64,
     pub(crate) offset: f64,
-    /// The end of the last step in seconds, as the host gave it; the furthest end if the last step began a little before
-    /// it.
+    /// The end of the last step in seconds, as the host passed it; the furthest end if the last step began slightly
+    /// before it.
     pub(crate) end: f64,
     /// The sum of all steps since the start, in seconds, as a host would add them up.
     pub(crate) since: f64,
@@ -89,8 +89,8 @@ pub struct Clock {
 pub struct Calls {
     /// The number of calls.
     pub count: u64,
-    /// From the start of the step to the first of them, in seconds; negative if the host is ahead and the step makes up
-    /// for calls.
+    /// The time from the start of the step to the first call, in seconds; negative if the host is ahead and the step
+    /// catches up on calls.
     pub lead: f64,
 }
 
@@ -115,7 +115,7 @@ impl Clock {
         .with_constants()
     }
 
-    /// Computes constants from start, stop and cycle.
+    /// Computes the constants that depend on start, stop and cycle.
     fn with_constants(mut self) -> Clock {
         self.per_cycle = 1.0 / self.cycle;
         self.period = self.cycle / 1000.0;
@@ -131,7 +131,7 @@ impl Clock {
         self.period
     }
 
-    /// The end of the last step in seconds, as the host counts.
+    /// The end of the last step in seconds, in the host's time.
     pub fn end(&self) -> f64 {
         self.end
     }
@@ -151,7 +151,7 @@ impl Clock {
         SAME * self.cycle + ROUNDINGS * RESOLUTION * self.end.abs().max(self.start.abs())
     }
 
-    /// Counts a due call as made; returns whether there was one.
+    /// Counts a due call as made. Returns whether one was due.
     ///
     /// # Errors
     /// The present time is so far from 0 that calls cannot be distinguished.
@@ -167,12 +167,12 @@ impl Clock {
         Ok(is_due)
     }
 
-    /// Advances from `tc` to `tc + h` (seconds) and returns the calls in between. If `h` is 0, there are none, and the
-    /// clock does not advance.
+    /// Advances from `tc` to `tc + h` (seconds) and returns the calls in between. If `h` is 0, there are no calls, and
+    /// the clock does not advance.
     ///
     /// # Errors
-    /// `tc` or `h` is not a valid time; `tc` is before the end of the last step, or `tc + h` after the stop time, by more
-    /// than rounding. The clock stays where it is.
+    /// `tc` or `h` is not a valid time; `tc` is before the end of the last step, or `tc + h` after the stop time, by
+    /// more than rounding. The clock does not advance.
     pub fn advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
         if self.check_and_make_ordinary_step(tc, h) {
             return Ok(Calls { count: 1, lead: 0.0 });
@@ -182,7 +182,7 @@ impl Clock {
 
     fn check_and_advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
         let cycle = self.cycle;
-        // NaN lies in no range.
+        // No range contains NaN.
         if !((0.0..f64::INFINITY).contains(&h) && tc.abs() < f64::INFINITY) {
             return Err(messages::no_time(tc, h).into());
         }
@@ -218,13 +218,14 @@ impl Clock {
         }
 
         if h == 0.0 {
-            // Some hosts end a run with such a step. It makes no call, not even one that is due, and moves nothing.
+            // Some hosts end a run with such a step. It makes no call, not even a due one, and does not advance the
+            // clock.
             return Ok(Calls { count: 0, lead: 0.0 });
         }
 
         let first = self.next;
         let lead = first as f64 * cycle - present;
-        // A long step has its own rounding.
+        // A long step adds a rounding error.
         let tolerance = (same + ROUNDINGS * f64::EPSILON * step) * self.per_cycle;
         let cycles = (offset + step) * self.per_cycle;
         if cycles + (tick - first) as f64 > MOST_CALLS {
@@ -235,15 +236,16 @@ impl Clock {
         self.tick = tick + passed;
         self.next = (tick + ceil(cycles - tolerance)).max(first);
         self.offset = offset + step - passed as f64 * cycle;
-        // The furthest end: steps that each begin within the tolerance before it must not take the host back.
+        // The furthest end: steps that each begin slightly early, within the tolerance, must not move the time
+        // backwards.
         self.end = if tc + h > self.end { tc + h } else { self.end };
         self.since = since + h;
         Ok(Calls { count: (self.next - first) as u64, lead: if lead.abs() > same { lead / 1000.0 } else { 0.0 } })
     }
 }
 
-/// The floor of a number of cycles, 0 where it is negative by rounding. (`f64::floor` is a library call on processors
-/// without SSE 4.1, which a portable library cannot ask for.)
+/// The floor of a number of cycles; 0 if rounding made it negative. (`f64::floor` is a library call on processors
+/// without SSE 4.1, which a portable library cannot require.)
 fn floor(x: f64) -> i64 {
     x as i64
 }
@@ -287,7 +289,8 @@ impl Stored for Clock {
 }
 
 impl Clock {
-    /// Whether a sequence of steps can lead to this state. No other state may be restored: it could ask for endless calls.
+    /// Whether a sequence of steps can lead to this state. No other state may be restored: it could demand an endless
+    /// number of calls.
     fn is_possible(&self) -> bool {
         const LAST_TICK: i64 = 1 << 53;
         (0.0..=f64::from(i32::MAX)).contains(&self.cycle)

@@ -13,27 +13,27 @@ use blocks::Block;
 use std::ffi::{CStr, CString, c_void};
 use std::{iter, ptr};
 
-/// The address of a saved instance. It is only compared, never followed.
+/// The address of a saved instance. It is only compared, never dereferenced.
 pub type StateAddress = *mut c_void;
 
 /// The initial state of a new instance.
 #[derive(Debug)]
 pub struct Origin<B> {
-    /// The hash from which the identifier passed by the host is formed: two FMUs have the same only if they start from
-    /// the same values.
+    /// The hash from which the identifier passed by the host is derived. Two FMUs have the same hash only if they have
+    /// the same start values.
     pub hash: u128,
-    /// The form of the identifier, see [`Identity`].
+    /// The form of the identifier; see [`Identity`].
     pub form: usize,
     /// The block with its start values.
     pub fresh: Fresh<B>,
 }
 
-/// A block that was not called yet.
+/// A block that has not been called yet.
 #[derive(Debug)]
 pub enum Fresh<B> {
-    /// It is made anew: the start values are those of the library.
+    /// Created from scratch, with the library's start values.
     New(fn() -> B),
-    /// It is copied.
+    /// Copied from this block.
     Copy(Box<B>),
 }
 
@@ -42,7 +42,7 @@ pub trait Library: 'static {
     /// The block that an instance calls.
     type Block: Cyclic;
 
-    /// The initial state of instances of the FMU with this identifier and these resources, the URI or the path of a
+    /// The initial state of instances of the FMU with this identifier. `resources` is the URI or path of its resources
     /// folder.
     ///
     /// # Errors
@@ -53,7 +53,7 @@ pub trait Library: 'static {
 impl<B: Block> Library for B {
     type Block = B;
 
-    /// A GUID other than the library's is that of a preset, whose start values are read from the resources.
+    /// A GUID other than the library's belongs to a preset, whose start values are read from the resources.
     fn open(identity: Identity, resources: Argument) -> Result<Origin<B>, Refusal> {
         let own = Fingerprint::<B>::HASH;
         if identity.value.is_none() {
@@ -74,24 +74,24 @@ pub struct Component<B> {
     pub instance: Instance<B>,
     /// The selected log categories.
     pub logged: Selection,
-    /// Advice on the present call, which succeeds; logged at its end.
+    /// Advice on the current, successful call; logged at its end.
     pub advice: Vec<String>,
-    /// The texts that the last call gave out: the host copies them before its next call.
+    /// The texts that the last call returned: the host copies them before its next call.
     pub texts: Vec<CString>,
     is_step_advised: bool,
     is_conversion_advised: bool,
-    /// The states that were given out. They end with the component.
+    /// The states handed out to the host. They are freed with the component.
     saved: Vec<Box<Instance<B>>>,
     origin: Origin<B>,
 }
 
 impl<B: Cyclic> Component<B> {
-    /// A new component with logging on or off; errors are logged in any case.
+    /// A new component with logging on or off. Errors are always logged.
     pub fn new(origin: Origin<B>, logging_on: bool) -> Component<B> {
         Component::with_events(origin, logging_on, None)
     }
 
-    /// The same component, with calls as events or within steps.
+    /// A new component in which calls are events or are made within steps.
     pub fn with_events(origin: Origin<B>, logging_on: bool, events: Option<Events>) -> Component<B> {
         Component {
             instance: origin.instance().with(events),
@@ -105,7 +105,8 @@ impl<B: Cyclic> Component<B> {
         }
     }
 
-    /// Selects the named categories, or all if none are named; with logging off, none. Replaces earlier selections.
+    /// Selects the named categories, or all if none are named; no category if logging is off. Replaces earlier
+    /// selections.
     ///
     /// # Errors
     /// A category that is NULL or unknown.
@@ -119,7 +120,7 @@ impl<B: Cyclic> Component<B> {
         Ok(())
     }
 
-    /// Ends Initialization Mode, with advice on the settings.
+    /// Exits Initialization Mode and adds advice on the settings.
     ///
     /// # Errors
     /// As [`Instance::exit_initialization_mode`].
@@ -131,7 +132,7 @@ impl<B: Cyclic> Component<B> {
         Ok(())
     }
 
-    /// Makes a step, with advice on its length once in the component's life.
+    /// Makes a step, with advice on its length at most once in the component's lifetime.
     ///
     /// # Errors
     /// As [`Instance::do_step`].
@@ -155,7 +156,7 @@ impl<B: Cyclic> Component<B> {
         Ok(reached)
     }
 
-    /// Says once in the component's life that a variable is used as one of another type.
+    /// Advises the host, once in the component's lifetime, that a variable is accessed as another type.
     pub fn advise_on_conversion(&mut self, advice: impl FnOnce() -> String) {
         if !self.is_conversion_advised && self.logged.contains(&Category::ADVICE) {
             self.advice.push(advice());
@@ -163,7 +164,7 @@ impl<B: Cyclic> Component<B> {
         }
     }
 
-    /// Makes the call that is due in Event Mode; returns the time of the next one.
+    /// Makes the call that is due in Event Mode and returns the time of the next one.
     ///
     /// # Errors
     /// As [`Instance::update_discrete_states`].
@@ -185,7 +186,7 @@ impl<B: Cyclic> Component<B> {
         self.origin.form
     }
 
-    /// Resets the instance to that of a new component. Log categories and saved states stay.
+    /// Resets the instance to its initial state. Log categories and saved states are kept.
     pub fn reset(&mut self) {
         self.instance = self.origin.instance().with(self.instance.events());
     }
@@ -195,7 +196,7 @@ impl<B: Cyclic> Component<B> {
         iter::once(self.instance).chain(self.saved.into_iter().map(|saved| *saved))
     }
 
-    /// Saves the instance: in the state that the host names or, if that is NULL, in a new one.
+    /// Saves the instance in the host's state or, if that is NULL, in a new one.
     ///
     /// # Errors
     /// The state was not saved by this component, or has been freed.
@@ -217,7 +218,7 @@ impl<B: Cyclic> Component<B> {
         Ok(())
     }
 
-    /// Frees a saved state and sets it to NULL. NULL is left alone.
+    /// Frees a saved state and sets the pointer to NULL. Does nothing for NULL.
     ///
     /// # Errors
     /// As [`Component::get_state`].
@@ -230,7 +231,7 @@ impl<B: Cyclic> Component<B> {
         Ok(())
     }
 
-    /// The number of bytes that a saved state takes.
+    /// The size of a serialized state, in bytes.
     ///
     /// # Errors
     /// As [`Component::get_state`].
@@ -241,7 +242,7 @@ impl<B: Cyclic> Component<B> {
     /// Writes a saved state to the front of `bytes`.
     ///
     /// # Errors
-    /// As [`Component::get_state`]; too little room.
+    /// As [`Component::get_state`]; the buffer is too small.
     pub fn serialize(&self, state: StateAddress, bytes: &mut [u8]) -> Result<(), Refusal> {
         let serialized = self.saved(state)?.to_bytes(self.origin.hash);
         let (size, length) = (bytes.len(), serialized.len());
@@ -250,10 +251,10 @@ impl<B: Cyclic> Component<B> {
         Ok(())
     }
 
-    /// Makes a saved state of bytes: in the state that the host names or, if that is NULL, in a new one.
+    /// Deserializes a saved state into the host's state or, if that is NULL, into a new one.
     ///
     /// # Errors
-    /// As [`Component::get_state`]; bytes that [`Instance::from_bytes`] refuses.
+    /// As [`Component::get_state`]; [`Instance::from_bytes`] refuses the bytes.
     pub fn deserialize(&mut self, bytes: &[u8], state: &mut StateAddress) -> Result<(), Refusal> {
         self.keep(state, Instance::from_bytes(self.instance.block(), bytes, self.origin.hash)?)
     }
@@ -274,7 +275,7 @@ impl<B: Cyclic> Component<B> {
         self.find(state).map(|place| &*self.saved[place])
     }
 
-    /// The place of a state among those that were given.
+    /// The index of a state among the saved ones.
     fn find(&self, state: StateAddress) -> Result<usize, Refusal> {
         let place = self.saved.iter().position(|known| ptr::from_ref(&**known).cast() == state.cast_const());
         place.ok_or_else(|| messages::unknown_state().into())

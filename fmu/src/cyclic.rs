@@ -7,8 +7,8 @@ use blocks::{Block, LReal, Real, StaticTable, Stored, Table, TableText, Time, Va
 macro_rules! cyclic {
     ($( $(#[$doc:meta])* fn $this:ident.$name:ident($($receiver:tt)+) ($($argument:ident: $type:ty),*) $(-> $result:ty)? = $Trait:ident; )*) => {
         /// The object that an instance calls every CYCLE, accessed by row number of its table. Every [`Block`] is one,
-        /// at no cost: calls are resolved at compile time, and the table is then a constant. A PLC program that is read
-        /// at run time is another, with its own table.
+        /// at no cost: calls are resolved at compile time, and the table is a constant. A PLC program read at run time
+        /// is another, with its own table.
         ///
         /// A clone is a saved state.
         pub trait Cyclic: Clone + Send + 'static {
@@ -18,10 +18,10 @@ macro_rules! cyclic {
             /// Whether the table has a `mean` row. A program's has none.
             const HAS_MEAN: bool = false;
 
-            /// As [`blocks::Law::HOLDS_INPUTS`].
+            /// See [`blocks::Law::HOLDS_INPUTS`].
             const HOLDS_INPUTS: bool = false;
 
-            /// The text of its table, which is compiled in or made at run time.
+            /// The type of the strings in its table, which is compiled in or built at run time.
             type Text: TableText;
 
             /// The table.
@@ -35,17 +35,17 @@ macro_rules! cyclic {
             fn stopped(&self) -> Option<&str> {
                 None
             }
-            /// Takes the warnings about the calls since this was last called.
+            /// Takes the warnings accumulated since this was last called.
             fn take_warnings(&mut self) -> Vec<String> {
                 Vec::new()
             }
-            /// The text of this number in the table.
+            /// The text with this index in the table.
             fn text(&self, _number: usize) -> Option<String> {
                 None
             }
-            /// Writes a text: its characters as [`blocks::TextType::units`] returns them.
+            /// Writes a text, given as the code units returned by [`blocks::TextType::units`].
             fn set_text(&mut self, _number: usize, _units: &[u16]) {}
-            /// Appends all values and the memory to `bytes`.
+            /// Appends all values and the internal memory to `bytes`.
             fn store(&self, bytes: &mut Vec<u8>);
             /// The object that [`Cyclic::store`] wrote; `None` if `bytes` does not contain one.
             fn restored(&self, bytes: &mut &[u8]) -> Option<Self>;
@@ -85,28 +85,28 @@ macro_rules! cyclic {
 cyclic! {
     /// The time between two calls.
     fn self.cycle(&self) () -> Time = Block;
-    /// As [`Block::get`].
+    /// See [`Block::get`].
     fn self.get(&self) (row: usize) -> Option<Value> = Block;
-    /// As [`Block::set`].
+    /// See [`Block::set`].
     fn self.set(&mut self) (row: usize, value: Value) -> bool = Block;
-    /// As [`Block::real`].
+    /// See [`Block::real`].
     fn self.real(&self) (row: usize) -> Option<Real> = Block;
-    /// As [`Block::real_mut`].
+    /// See [`Block::real_mut`].
     fn self.real_mut(&mut self) (row: usize) -> Option<&mut Real> = Block;
-    /// As [`Block::lreal`].
+    /// See [`Block::lreal`].
     fn self.lreal(&self) (row: usize) -> Option<LReal> = Block;
-    /// As [`Block::lreal_mut`].
+    /// See [`Block::lreal_mut`].
     fn self.lreal_mut(&mut self) (row: usize) -> Option<&mut LReal> = Block;
-    /// As [`Block::set_mean`].
+    /// See [`Block::set_mean`].
     fn self.set_mean(&mut self) (percent: LReal) = Block;
-    /// As [`blocks::Law::restart`].
+    /// See [`blocks::Law::restart`].
     fn self.restart(&mut self) () = Law;
-    /// As [`blocks::Law::call`].
+    /// See [`blocks::Law::call`].
     fn self.call(&mut self) () = Law;
-    /// As [`blocks::Law::check`].
+    /// See [`blocks::Law::check`].
     fn self.check(&self) () -> Result<(), String> = Law;
-    /// As [`blocks::Law::advice`].
+    /// See [`blocks::Law::advice`].
     fn self.advice(&self) () -> Vec<String> = Law;
-    /// As [`blocks::Law::pulse`].
+    /// See [`blocks::Law::pulse`].
     fn self.pulse(&self) () -> i32 = Law;
 }

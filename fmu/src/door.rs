@@ -1,5 +1,5 @@
 //! The door through which every call of a host passes: it checks the state, catches panics, and logs why a call is
-//! refused. The code behind it may panic and refuse; the code in front of it, the C functions of a version of the
+//! refused. The code behind it may panic or refuse; the code in front of it, the C functions of a version of the
 //! standard, only turns pointers into references.
 
 use crate::component::Component;
@@ -13,7 +13,7 @@ use std::thread;
 
 /// The receiver of messages.
 pub trait Host {
-    /// Logs a message of a function that returns `Ok` or refuses.
+    /// Logs a message from a function that succeeded or was refused.
     fn tell(&self, function: &Function, answer: Result<(), Answer>, category: &Category, message: &str);
 
     /// Logs why a call was refused.
@@ -22,7 +22,7 @@ pub trait Host {
     }
 }
 
-/// A component with its host.
+/// A component and its host.
 #[derive(Debug)]
 pub struct Door<B, H> {
     component: Component<B>,
@@ -31,7 +31,7 @@ pub struct Door<B, H> {
 
 impl<B: Cyclic, H: Host> Door<B, H> {
     /// A door to the component that `component` creates. If that refuses or panics, the message is always logged,
-    /// whatever the host's log settings: without an instance, this is the only way to report the error.
+    /// regardless of the host's log settings: without an instance, there is no other way to report the error.
     pub fn new(
         host: H,
         function: &Function,
@@ -46,7 +46,7 @@ impl<B: Cyclic, H: Host> Door<B, H> {
         }
     }
 
-    /// Every function on a component goes through here.
+    /// Every function on a component enters here.
     #[inline(always)]
     pub fn enter(
         &mut self,
@@ -63,13 +63,13 @@ impl<B: Cyclic, H: Host> Door<B, H> {
         }
     }
 
-    /// Drops the component, whatever panics.
+    /// Drops the component, even if parts of it panic.
     pub fn close(self) {
         // One by one: a panic while another unwinds would end the process.
         self.component.into_instances().for_each(discard);
     }
 
-    /// Logs how a call ended, and gives its answer.
+    /// Logs how a call ended and returns its result.
     #[cold]
     #[inline(never)]
     fn tell(&mut self, function: &Function, done: thread::Result<Result<(), Refusal>>) -> Result<(), Answer> {
@@ -88,7 +88,7 @@ impl<B: Cyclic, H: Host> Door<B, H> {
         }
     }
 
-    /// Logs a refusal and gives its answer.
+    /// Logs a refusal and returns its result.
     fn refuse(&self, function: &Function, refusal: &Refusal) -> Answer {
         if self.component.logged.contains(Category::for_answer(refusal.answer())) {
             self.host.log(function, refusal);
@@ -105,12 +105,12 @@ fn panic_refusal(panic: Box<dyn Any + Send>) -> Refusal {
     Refusal::new(Answer::Fatal, reason)
 }
 
-/// Drops a block's value and catches a panic in doing so.
+/// Drops a value from a block, catching any panic.
 fn discard<T>(value: T) {
     if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value)))
         && let Err(another) = catch_unwind(AssertUnwindSafe(|| drop(panic)))
     {
-        // A payload that panics again when it is dropped is leaked.
+        // A payload that itself panics when dropped is leaked.
         std::mem::forget(another);
     }
 }

@@ -4,49 +4,48 @@ use crate::cyclic::Cyclic;
 use crate::ordinary;
 use blocks::{Kind, Row, TableText, Value};
 
-/// The words of a version of the standard.
+/// The names used by a version of the standard.
 pub trait Version {
-    /// Its number, as modelDescription.xml has it.
+    /// Its number as in modelDescription.xml.
     const NUMBER: &'static str;
 
     /// The common prefix of its function names.
     const PREFIX: &'static str;
 
-    /// Its name of the type that holds the values of a row, as in the name of the function that sets it.
+    /// Its name for the type of a row's values, as in the name of the function that sets them.
     fn name_of<S: TableText>(row: &Row<S>) -> &'static str;
 }
 
-/// A type of values, as C passes it in a version of the standard.
+/// A type of values as passed by C in a version of the standard.
 pub trait HostType<V: Version>: Copy {
-    /// Whether PLC values of this kind are values of this type.
+    /// Whether this type holds PLC values of this kind.
     fn holds(kind: Kind) -> bool;
 
-    /// Whether the values of a row are values of this type.
+    /// Whether this type holds the values of a row.
     #[inline(always)]
     fn is_of<S: TableText>(row: &Row<S>) -> bool {
         Self::holds(row.kind)
     }
 
-    /// The PLC value of a kind that this type holds.
+    /// Converts to a PLC value of a kind that this type holds.
     ///
     /// # Errors
-    /// The range, as a text, if the value lies outside.
+    /// The range, as a string, if the value is outside it.
     fn to_plc(self, kind: Kind) -> Result<Value, &'static str>;
 
-    /// The PLC value in this type; `None` if it is of another.
+    /// Converts from a PLC value; `None` if this type does not hold its kind.
     fn from_plc(value: Value) -> Option<Self>;
 
-    /// The value for a message.
+    /// The value as a string, for messages.
     fn text(self) -> String;
 
-    /// Writes variables in the ordinary cases, see [`ordinary`]. False, and nothing is changed, in every other
-    /// case.
+    /// Writes variables in the ordinary case; see [`ordinary`]. In every other case, returns false and changes nothing.
     #[inline(always)]
     fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
         ordinary::set_values(block, references, values)
     }
 
-    /// Reads variables in the ordinary case. False, and nothing is written, in every other case.
+    /// Reads variables in the ordinary case. In every other case, returns false and writes nothing.
     #[inline(always)]
     fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
         ordinary::get_values(block, references, values)

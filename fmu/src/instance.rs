@@ -17,13 +17,13 @@ use blocks::{Role, Row, Stored, Table, TableText, Value};
 pub struct Instance<B> {
     pub(crate) session: Session<B>,
     pub(crate) state: State,
-    /// Start and stop time in seconds, infinite if no stop time is defined; `None` before they are set up.
+    /// Start and stop time in seconds; the stop time is infinite if undefined. `None` before they are set.
     experiment: Option<(f64, f64)>,
-    /// How calls are made, if not within steps.
+    /// The handling of calls as events; `None` if calls are made within steps.
     events: Option<Events>,
 }
 
-/// That calls are events, which the host handles between steps.
+/// Calls are events, which the host handles between steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Events {
     /// Whether a step may end at a call.
@@ -36,24 +36,24 @@ impl<B: Cyclic> Instance<B> {
         Instance { session: Session::new(block), state: State::Instantiated, experiment: None, events: None }
     }
 
-    /// The same instance, with calls as events or within steps.
+    /// The same instance, with calls as events or made within steps.
     #[must_use]
     pub fn with(self, events: Option<Events>) -> Self {
         Instance { events, ..self }
     }
 
-    /// How calls are made, if not within steps.
+    /// The handling of calls as events; `None` if calls are made within steps.
     pub fn events(&self) -> Option<Events> {
         self.events
     }
 
-    /// Whether the host handles the calls of this block. Calls of blocks that hold their inputs until the next call are
-    /// nevertheless made in steps: no output jumps at them.
+    /// The handling of calls as events, if the host handles the calls of this block. Calls of blocks that hold their
+    /// inputs until the next call are always made in steps: no output jumps at such a call.
     pub(crate) fn handled(&self) -> Option<Events> {
         self.events.filter(|_| !B::HOLDS_INPUTS)
     }
 
-    /// Checks that the function may be called in the present state.
+    /// Checks that the function may be called in the current state.
     ///
     /// # Errors
     /// The state, and the states in which the function may be called.
@@ -62,15 +62,15 @@ impl<B: Cyclic> Instance<B> {
         self.state.may(function)
     }
 
-    /// The block, with its present values.
+    /// The block, with its current values.
     pub fn block(&self) -> &B {
         &self.session.block
     }
 
-    /// Sets start and stop time in seconds.
+    /// Sets the start and stop times in seconds.
     ///
     /// # Errors
-    /// A start time that is not finite; a stop time that is NaN or before the start.
+    /// The start time is not finite; the stop time is NaN or before the start.
     pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Result<(), Refusal> {
         if !start.is_finite() {
             return Err(messages::start_time(start).into());
@@ -96,7 +96,7 @@ impl<B: Cyclic> Instance<B> {
         Ok(())
     }
 
-    /// Restarts the block with the values that are set. The first cyclic call is at the start time.
+    /// Restarts the block with the values that have been set. The first cyclic call is at the start time.
     ///
     /// # Errors
     /// CYCLE is below 1 ms, or the block itself refuses.
@@ -110,7 +110,7 @@ impl<B: Cyclic> Instance<B> {
     /// Enters Event Mode after a step.
     ///
     /// # Errors
-    /// The instance was made without it.
+    /// The instance was created without Event Mode.
     pub fn enter_event_mode(&mut self) -> Result<(), Refusal> {
         if self.events.is_none() {
             return Err(messages::no_event_mode().into());
@@ -119,13 +119,13 @@ impl<B: Cyclic> Instance<B> {
         Ok(())
     }
 
-    /// Leaves Event Mode for steps.
+    /// Leaves Event Mode for Step Mode.
     pub fn enter_step_mode(&mut self) {
         self.state = State::StepComplete;
     }
 
-    /// Makes the call that is due at this instant, if it has not been made yet. Returns the time of the next one in
-    /// seconds, if it is an event.
+    /// Makes the call that is due at this instant, if it has not been made yet. Returns the time of the next call in
+    /// seconds, if calls are events.
     ///
     /// # Errors
     /// The program stops, or the time is so far from 0 that calls cannot be distinguished.
@@ -138,17 +138,17 @@ impl<B: Cyclic> Instance<B> {
         Ok(Some(next))
     }
 
-    /// Advice on effects of the settings that a user may not expect.
+    /// Advice on possibly unexpected effects of the settings.
     pub fn advice(&self) -> Vec<String> {
         self.session.block.advice()
     }
 
-    /// Advice on a step of `h` seconds that was made, if something may be wrong with it.
+    /// Advice on a completed step of `h` seconds, if something may be wrong with it.
     pub fn advice_on_step(&self, h: f64) -> Option<String> {
         self.session.advice_on_step(h)
     }
 
-    /// After a panic: every call is refused from now on, and it can only be freed.
+    /// Locks the instance after a panic: from now on every call is refused, and it can only be freed.
     pub fn lock(&mut self) {
         self.state = State::Locked;
     }
@@ -158,12 +158,12 @@ impl<B: Cyclic> Instance<B> {
         self.state = State::Terminated;
     }
 
-    /// Whether the simulation has not begun: no restart yet.
+    /// Whether the simulation has not started, i.e. the block has not been restarted.
     pub fn is_before_start(&self) -> bool {
         matches!(self.state, State::Instantiated | State::InitializationMode)
     }
 
-    /// The present time in seconds.
+    /// The current time in seconds.
     pub fn time(&self) -> f64 {
         match self.experiment {
             Some((start, _)) if self.is_before_start() => start,
@@ -171,13 +171,13 @@ impl<B: Cyclic> Instance<B> {
         }
     }
 
-    /// The end of the last step in seconds; the furthest end if the last step began a little before it.
+    /// The end of the last step in seconds; the furthest end if the last step began slightly before it.
     pub fn last_successful_time(&self) -> f64 {
         self.session.end()
     }
 
-    /// Reads variables in the ordinary case, see [`ordinary`](crate::ordinary). Not in Initialization Mode, where outputs
-    /// are those of a restarted copy of the block.
+    /// Reads variables in the ordinary case; see [`ordinary`](crate::ordinary). Never in Initialization Mode, where
+    /// outputs come from a restarted copy of the block.
     #[inline(always)]
     pub fn get_ordinary<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> bool {
         self.state != State::InitializationMode && T::get_ordinary(&self.session.block, references, values)
@@ -189,7 +189,7 @@ impl<B: Cyclic> Instance<B> {
         T::set_ordinary(&mut self.session.block, references, values)
     }
 
-    /// Makes a step in the ordinary case: from a call to the next, which is an event or not.
+    /// Makes a step in the ordinary case: from one call to the next, whether calls are events or not.
     #[inline(always)]
     pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> Option<Reached> {
         let is_event = self.handled().is_some();
@@ -200,11 +200,12 @@ impl<B: Cyclic> Instance<B> {
         is_made.then_some(Reached { end: tc + h, is_early: false, is_event })
     }
 
-    /// Reads variables into `values`, which is as long as `references`. In Initialization Mode, what the block computes has
-    /// the values that the restart would give with what is set so far; 0 if the restart would be refused.
+    /// Reads variables into `values`, which is as long as `references`. In Initialization Mode, computed variables have
+    /// the values that a restart with the current settings would produce; if the restart would be refused, those of the
+    /// block.
     ///
     /// # Errors
-    /// A reference that is unknown or of another type; nothing is written then.
+    /// A reference is unknown or has another type; nothing is written then.
     #[inline(always)]
     pub fn get<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
         if self.get_ordinary(references, values) { Ok(()) } else { self.get_checked(references, values) }
@@ -231,7 +232,7 @@ impl<B: Cyclic> Instance<B> {
     /// Writes variables. `values` is as long as `references`.
     ///
     /// # Errors
-    /// A reference that is unknown, of another type or not settable now, or a value outside the range of its type;
+    /// A reference is unknown, has another type or cannot be set now, or a value is outside the range of its type;
     /// nothing is written then.
     #[inline(always)]
     pub fn set<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
@@ -258,7 +259,7 @@ impl<B: Cyclic> Instance<B> {
         Ok(())
     }
 
-    /// Writes a variable by its row, whatever its role and whatever state this is in.
+    /// Writes a variable by its row, regardless of its role and the state of the instance.
     pub fn overwrite(&mut self, row: usize, value: Value) {
         self.session.block.set(row, value);
     }
@@ -275,8 +276,7 @@ impl<B: Cyclic> Instance<B> {
     /// of the step. A derivative holds until it is changed; 0 removes it. All slices have the same length.
     ///
     /// # Errors
-    /// A reference that is not a Real input, an order other than 1 to 4, a derivative that is not finite; nothing is
-    /// changed then.
+    /// A reference is not a Real input, an order is not 1 to 4, or a derivative is not finite; nothing is changed then.
     pub fn set_input_derivatives<V: Version>(
         &mut self,
         references: &[u32],
@@ -295,11 +295,12 @@ impl<B: Cyclic> Instance<B> {
         Ok(())
     }
 
-    /// Makes a step from `tc` to `tc + h`, in seconds, and every call in it, or goes to the next one that is an event.
+    /// Makes a step from `tc` to `tc + h`, in seconds, with every call in it, or a step to the next call that is an
+    /// event.
     ///
     /// # Errors
-    /// A time that the clock refuses; an extrapolated input that may leave its range; no call is made then. A program that
-    /// stops: its values are those before the call in which it did.
+    /// The clock refuses a time, or an extrapolated input may leave its range; no call is made then. The program stops;
+    /// its values are then those before the call in which it stopped.
     pub fn do_step(&mut self, tc: f64, h: f64) -> Result<Reached, Refusal> {
         let reached = match self.handled() {
             Some(Events { may_return_early }) => self.session.step_between_events(tc, h, may_return_early)?,
@@ -312,7 +313,7 @@ impl<B: Cyclic> Instance<B> {
         Ok(reached)
     }
 
-    /// Whether the program has not stopped.
+    /// Checks that the program has not stopped.
     fn check_running(&self) -> Result<(), Refusal> {
         match self.session.block.stopped() {
             Some(reason) => Err(reason.to_string().into()),
@@ -320,7 +321,7 @@ impl<B: Cyclic> Instance<B> {
         }
     }
 
-    /// Takes the warnings about the calls since this was last called.
+    /// Takes the warnings accumulated since this was last called.
     pub fn take_warnings(&mut self) -> Vec<String> {
         self.session.block.take_warnings()
     }
@@ -344,8 +345,8 @@ impl<B: Cyclic> Instance<B> {
         bytes
     }
 
-    /// The instance, of a block like this one, from which [`Instance::to_bytes`] made these bytes, here or in another process,
-    /// for an FMU with this fingerprint.
+    /// Restores the instance, with a block like this one, that [`Instance::to_bytes`] serialized in this or another
+    /// process, for an FMU with this fingerprint.
     ///
     /// # Errors
     /// The bytes are not a serialized state, belong to another FMU, or are damaged.
@@ -379,7 +380,8 @@ impl<B: Cyclic> Instance<B> {
 /// The first bytes of a serialized state; the last byte is the version of the format.
 const MAGIC: &[u8] = b"plcfmu\0\x01";
 
-/// The row of the variable with a value reference, which must be of the type `T`. `access` is Get or Set, for the message.
+/// The row of the variable with this value reference, which must have type `T`. `access` is Get or Set, for the
+/// message.
 fn row<'a, V: Version, T: HostType<V>, S: TableText>(
     table: &'a Table<S>,
     reference: u32,
@@ -391,7 +393,7 @@ fn row<'a, V: Version, T: HostType<V>, S: TableText>(
     }
 }
 
-/// The refusal of a reference that is not one of a variable of the right type.
+/// The refusal of a reference that does not refer to a variable of the right type.
 pub fn no_variable<V: Version, S: TableText>(table: &Table<S>, reference: u32, access: &str) -> Refusal {
     let row = table.rows.get(reference as usize).map(|row| (&*row.name, V::name_of(row)));
     let text = texts::text(table, reference).map(|(_, text)| (&*text.name, texts::TYPE));

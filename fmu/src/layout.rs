@@ -1,5 +1,4 @@
-//! Arrays as one variable each, in versions of the standard that have them: the rows and texts to which a value
-//! reference refers.
+//! Arrays as single variables, in versions of the standard that have arrays: maps value references to rows and texts.
 
 use blocks::table::arrays::{Group, grouped};
 use blocks::{Table, TableText};
@@ -15,9 +14,9 @@ pub struct Layout {
 pub enum Referent {
     /// A single value.
     Single,
-    /// An array, which has the value reference of its first element; the references of all elements.
+    /// An array, which has the value reference of its first element; contains the references of all elements.
     Array(Vec<u32>),
-    /// Another element of the array with this value reference.
+    /// An element other than the first of the array with this value reference.
     Inside(u32),
 }
 

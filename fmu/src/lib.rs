@@ -35,21 +35,22 @@
 //! # fn main() {}
 //! ```
 //!
-//! `cargo xtask fmu -p PACKAGE` packs it.
+//! `cargo xtask fmu -p PACKAGE` packs it as an FMU.
 //!
-//! The core does what a PLC does around a block, and what a host may request from it, independent of the version of
-//! FMI: [`clock`] determines the calls in a step, [`session`] makes them, [`mean`] averages the pulse over them;
+//! The core does what a PLC does around a block and what a host may request, independently of the FMI version:
+//! [`clock`] determines the calls in a step, [`session`] makes them, [`mean`] averages the pulse over them;
 //! [`instance`] gets and sets values by number, [`state`] defines what is allowed when, [`component`] saves states,
 //! [`preset`] reads other start values, [`mod@door`] catches panics and logs; [`refusal`] states why a call is refused,
-//! and [`describe`] prints the library's interface from the block's [`table`]. [`ordinary`] is the shortcut for the calls
-//! of every cycle, and [`abreast`] the same for several instances at once. [`v2`] is FMI 2.0 for co-simulation over this
-//! core: a table of C functions, which shares its unsafe code with other versions in `pointers`.
+//! and [`describe`] prints the library's interface from the block's [`table`]. [`ordinary`] is the fast path for the
+//! calls of every cycle, and [`abreast`] the same for several instances at a time. [`v2`] is FMI 2.0 for co-simulation
+//! on top of this core: a table of C functions, which shares its unsafe code with other versions in `pointers`. [`v3`]
+//! is FMI 3.0.
 //!
 //! Data flows one way: `v2` turns pointers into references, the door checks the state, the session asks the clock, and
 //! the block's law computes. Between the C function and the law there is no dynamic dispatch and no allocation.
 //!
-//! All of this works over [`cyclic::Cyclic`], which every block is. A program that is known at run time only will be another
-//! one, and its library another [`component::Library`].
+//! All of this works on [`cyclic::Cyclic`], which every block implements. A program known only at run time is another
+//! implementation, and its library another [`component::Library`].
 
 pub mod abreast;
 pub mod clock;
@@ -80,7 +81,7 @@ pub mod v3;
 
 pub use v2::{CAPABILITIES, describe};
 
-/// The door in C of FMI 3.0 with these types, or of FMI 2.0.
+/// The C door of FMI 3.0 with these types, or of FMI 2.0 if there are none.
 pub fn door(types: Option<blocks::Types>) -> &'static sources::Door {
     match types {
         None => &v2::sources::DOOR,
@@ -89,9 +90,9 @@ pub fn door(types: Option<blocks::Types>) -> &'static sources::Door {
     }
 }
 
-/// The last line of an FMU's library: gives it the C functions of FMI for co-simulation over one block, and
-/// `plcfmu_interface`, from which the packer reads what the library says of itself. `export!(functions LIBRARY)` leaves
-/// that out: what the library of programs says depends on the program.
+/// The last line of an FMU's library: adds the C functions of FMI for co-simulation of one block, and
+/// `plcfmu_interface`, from which the packer reads the library's description of itself. `export!(functions LIBRARY)`
+/// omits the latter: for the program library, the description depends on the program.
 #[macro_export]
 macro_rules! export {
     ($Library:ty) => {

@@ -1,4 +1,4 @@
-//! Logging: categories, their selection, and the text of a message.
+//! Logging: categories, their selection, and the message text.
 
 use crate::messages;
 use crate::refusal::{Answer, Refusal};
@@ -8,7 +8,7 @@ use std::ffi::{CStr, CString};
 /// A log category.
 #[derive(Debug)]
 pub struct Category {
-    /// Its name, in modelDescription.xml and in every message.
+    /// Its name in modelDescription.xml and in every message.
     pub name: &'static CStr,
     /// A description of its messages, for modelDescription.xml.
     pub description: &'static str,
@@ -23,7 +23,7 @@ impl Category {
         bit: 1,
     };
 
-    /// Inquiries without an answer.
+    /// Queries without an answer.
     pub const STATUS_DISCARD: Category = Category {
         name: c"logStatusDiscard",
         description: "Inquiries that have no answer here, with the reason",
@@ -44,7 +44,7 @@ impl Category {
         bit: 8,
     };
 
-    /// All of them.
+    /// All categories.
     pub const ALL: &[Category] =
         &[Category::STATUS_ERROR, Category::STATUS_DISCARD, Category::STATUS_FATAL, Category::ADVICE];
 
@@ -69,8 +69,8 @@ impl Selection {
     /// Every category.
     pub const ALL: Selection = Selection(15);
 
-    /// Errors and fatal ones: a new instance logs these with logging off. Without them, a user would see that a call
-    /// failed, but not why.
+    /// Errors and fatal errors, which a new instance logs even with logging off. Otherwise, a user would see that a
+    /// call failed, but not why.
     pub const ERRORS: Selection = Selection(Category::STATUS_ERROR.bit | Category::STATUS_FATAL.bit);
 
     /// Whether a category is selected.
@@ -78,10 +78,10 @@ impl Selection {
         self.0 & category.bit != 0
     }
 
-    /// The categories with these names, `None` standing for NULL; without a name, all.
+    /// The categories with these names, `None` standing for NULL; all if no name is given.
     ///
     /// # Errors
-    /// A category that is NULL or unknown, with those that exist.
+    /// A category is NULL or unknown; the message lists the existing ones.
     pub fn named<'a>(names: impl ExactSizeIterator<Item = Option<&'a CStr>>) -> Result<Selection, Refusal> {
         if names.len() == 0 {
             return Ok(Selection::ALL);
@@ -97,9 +97,9 @@ impl Selection {
     }
 }
 
-/// The text of a message, which stands for the `%s` of the format.
+/// The text of a message, substituted for the `%s` in the format.
 pub fn text(function: &Function, message: &str) -> CString {
-    // A NUL would end the text early; `#` begins a reference to a variable.
+    // A NUL would end the text early; `#` would start a reference to a variable.
     let text = format!("{}: {message}", function.name).replace('\0', "").replace('#', "##");
     CString::new(text).unwrap_or_default()
 }

@@ -1,6 +1,6 @@
 //! The mean of a block's pulse over a step.
 
-/// Adds up the pulses of the calls in one step.
+/// The sum of the pulses of the calls in one step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
     pulses: i64,
@@ -14,7 +14,7 @@ impl Mean {
         self.calls += 1;
     }
 
-    /// The mean over the calls in percent, -100 ... 100; without a call, that of the pulse that is `held`.
+    /// The mean over the calls in percent, -100 ... 100; if there were no calls, that of the `held` pulse.
     pub fn percent(self, held: i32) -> f64 {
         match self.calls {
             0 => 100.0 * f64::from(held),

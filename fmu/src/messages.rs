@@ -1,16 +1,16 @@
-//! What both doors say, the library in Rust and the C of an FMU, each sentence once: a Rust function is made of it here, and a C
-//! function while an FMU is packed.
+//! The messages shared by both doors, the Rust library and the C sources of an FMU. Each is written once: here it
+//! becomes a Rust function, and a C function when an FMU is packed.
 
 use std::ffi::CStr;
 
-/// A sentence.
+/// A message.
 #[derive(Debug)]
 pub(crate) struct Message {
     /// The name of its function.
     pub(crate) name: &'static str,
-    /// What it names, each with its type.
+    /// The arguments, each with its type.
     pub(crate) arguments: &'static [(&'static str, &'static str)],
-    /// Its text, in which an argument stands in braces.
+    /// Its text, with the arguments in braces.
     pub(crate) text: &'static str,
 }
 
@@ -23,7 +23,7 @@ macro_rules! messages {
             }
         )*
 
-        /// All of them.
+        /// All messages.
         pub(crate) const ALL: &[$crate::messages::Message] = &[$($crate::messages::Message {
             name: stringify!($name),
             arguments: &[$((stringify!($argument), stringify!($type))),*],

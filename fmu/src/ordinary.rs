@@ -1,16 +1,16 @@
-//! The ordinary case of the calls that a host makes in every control cycle, in fewer instructions: it sets inputs or
-//! parameters, makes a step of one CYCLE from the end of the last one, and reads outputs.
+//! A fast path for the ordinary case of what a host does in every control cycle: set inputs or parameters, make a step
+//! of one CYCLE from the end of the last one, and read outputs.
 //!
-//! Nothing here decides anything. The checked functions try these first: each does what the checked one does, where nothing that
-//! that one checks can fail, and says whether it did; if not, nothing has happened, and the checked one does its work. Without this
-//! file all FMUs do the same, in three times the time.
+//! This module adds no behaviour. The checked functions try the fast ones first. Each does what its checked counterpart
+//! does, but only where no check can fail, and returns whether it did; if it did not, nothing has changed, and the
+//! checked function takes over. Without this file, all FMUs behave the same but take three times as long.
 //!
-//! | here | the checked one |
+//! | fast | checked |
 //! |---|---|
 //! | [`HostType::get_ordinary`], [`HostType::set_ordinary`] | [`Instance::get`](crate::instance::Instance::get), [`Instance::set`](crate::instance::Instance::set) |
 //! | [`Session::make_ordinary_step`] | [`Session::step`] |
 //! | [`Session::make_ordinary_step_between_events`] | [`Session::step_between_events`] |
-//! | [`call_once`](crate::abreast::call_once), for several instances at once | all of these |
+//! | [`call_once`](crate::abreast::call_once), for several instances at the same time | all of these |
 //! | [`Clock::make_ordinary_step`], [`Clock::check_and_make_ordinary_step`], [`Clock::make_step_between_calls`] | [`Clock::advance`] |
 
 use crate::clock::{Clock, MOST_DRIFT, RESOLUTION, ROUNDINGS, SAME};
@@ -21,15 +21,15 @@ use crate::session::Session;
 use blocks::table::number;
 use blocks::{Kind, Real, Role, Table, Value};
 
-/// The number of steps known to be ordinary after one check.
+/// The number of steps that one check covers.
 const ORDINARY_STEPS: i64 = 1000;
 
-/// A number as a host gives it to a REAL.
+/// A number that a host passes to a REAL.
 pub trait Number: Copy {
-    /// Whether it rounds to a finite REAL.
+    /// Whether the number rounds to a finite REAL.
     fn is_real(self) -> bool;
 
-    /// The REAL next to it.
+    /// The nearest REAL.
     fn to_real(self) -> Real;
 }
 
@@ -57,7 +57,8 @@ impl Number for f32 {
     }
 }
 
-/// Writes numbers: one or two REALs or one LREAL in the fewest instructions, more REALs in few, and others as [`set_values`].
+/// Writes numbers: fastest for one or two REALs or one LREAL, fast for more REALs, and with [`set_values`] for all
+/// others.
 #[inline(always)]
 pub fn set_numbers<V: Version, B: Cyclic>(block: &mut B, references: &[u32], values: &[f64]) -> bool
 where
@@ -79,7 +80,7 @@ where
     }
 }
 
-/// Writes REALs from 32-bit values, if all may be set at any time and all values are finite.
+/// Writes REALs from 32-bit values if all may be set at any time and all values are finite.
 #[inline(always)]
 pub fn set_reals<B: Cyclic>(block: &mut B, references: &[u32], values: &[f32]) -> bool {
     set_few_reals(block, references, values) || set_many_reals(block, references, values)
@@ -88,7 +89,7 @@ pub fn set_reals<B: Cyclic>(block: &mut B, references: &[u32], values: &[f32]) -
 /// Writes one or two REALs.
 #[inline(always)]
 fn set_few_reals<B: Cyclic, T: Number>(block: &mut B, references: &[u32], values: &[T]) -> bool {
-    // No loop: in one the compiler would compute the addresses of all REALs first.
+    // Not a loop, in which the compiler would compute the addresses of all REALs first.
     match (references, values) {
         ([reference], [value]) if takes(block, (reference, value)) => put_real(block, *reference, *value),
         ([first, second], [one, other]) if takes(block, (first, one)) && takes(block, (second, other)) => {
@@ -114,7 +115,7 @@ fn set_many_reals<B: Cyclic, T: Number>(block: &mut B, references: &[u32], value
     fits
 }
 
-/// Whether the variable is a REAL that may be set at any time, and the value one.
+/// Whether the variable is a REAL that may be set at any time and the value fits a REAL.
 #[inline(always)]
 fn takes<B: Cyclic, T: Number>(block: &B, (reference, value): (&u32, &T)) -> bool {
     block.table().tunable_reals.get(*reference as usize) == Some(&true) && value.is_real()
@@ -127,7 +128,8 @@ fn put_real<B: Cyclic, T: Number>(block: &mut B, reference: u32, value: T) {
     }
 }
 
-/// Writes an LREAL that may be set at any time; false, and nothing is changed, if it is not one, or the value is not in range.
+/// Writes an LREAL that may be set at any time. Returns false, changing nothing, if the variable is not such an LREAL
+/// or the value is not finite.
 #[inline]
 fn set_lreal<B: Cyclic>(block: &mut B, reference: u32, value: f64) -> bool {
     let fits = block.table().tunable_lreals.get(reference as usize) == Some(&true) && value.is_finite();
@@ -137,10 +139,10 @@ fn set_lreal<B: Cyclic>(block: &mut B, reference: u32, value: f64) -> bool {
     fits
 }
 
-/// Writes inputs and parameters of one type, if all are of it and all values in range.
+/// Writes inputs and parameters of one type if all have this type and all values are in range.
 #[inline]
 pub fn set_values<V: Version, B: Cyclic, T: HostType<V>>(block: &mut B, references: &[u32], values: &[T]) -> bool {
-    /// A separate function: in a loop the compiler would compute the addresses of all variables first.
+    /// A separate function: in a loop, the compiler would compute the addresses of all variables first.
     #[inline(never)]
     fn put<B: Cyclic>(block: &mut B, row: usize, value: Value) {
         block.set(row, value);
@@ -166,7 +168,7 @@ pub fn set_values<V: Version, B: Cyclic, T: HostType<V>>(block: &mut B, referenc
     true
 }
 
-/// Reads numbers: one or two REALs or one LREAL in the fewest instructions, others as [`get_values`].
+/// Reads numbers: fastest for one or two REALs or one LREAL, and with [`get_values`] for all others.
 #[inline(always)]
 pub fn get_numbers<V: Version, B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool
 where
@@ -241,22 +243,22 @@ where
     true
 }
 
-/// A separate function: in a loop the compiler would compute the addresses of all variables first.
+/// A separate function: in a loop, the compiler would compute the addresses of all variables first.
 #[inline(never)]
 fn real_or_lreal<B: Cyclic>(block: &B, row: usize) -> Option<f64> {
     block.real(row).map(f64::from).or_else(|| block.lreal(row))
 }
 
-/// Reads variables of one type, if all are of it.
+/// Reads variables of one type if all have this type.
 #[inline]
 pub fn get_values<V: Version, B: Cyclic, T: HostType<V>>(block: &B, references: &[u32], values: &mut [T]) -> bool {
-    /// A separate function: in a loop the compiler would compute the addresses of all variables first.
+    /// A separate function: in a loop, the compiler would compute the addresses of all variables first.
     #[inline(never)]
     fn value<B: Cyclic>(block: &B, row: usize) -> Option<Value> {
         block.get(row)
     }
     if let ([reference], [value]) = (references, &mut *values) {
-        // The value of a WORD does not reveal whether the variable has this type.
+        // A WORD value does not show whether the variable has this type.
         let is_of = |value: &Value| {
             value.kind() != Kind::Word || block.table().rows.get(*reference as usize).is_some_and(T::is_of)
         };
@@ -278,7 +280,7 @@ pub fn get_values<V: Version, B: Cyclic, T: HostType<V>>(block: &B, references: 
 
 impl<B: Cyclic> Session<B> {
     /// Makes the ordinary step from one call to the next and returns whether it did. If not, nothing has changed, and
-    /// [`Session::step`] makes it.
+    /// [`Session::step`] must make the step.
     #[inline(always)]
     pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
         let is_ordinary = B::IS_SURE
@@ -290,8 +292,8 @@ impl<B: Cyclic> Session<B> {
         is_ordinary
     }
 
-    /// Goes from a call that the host has handled to the next one, which is due then, and says whether it does. If not, nothing has
-    /// happened, and [`Session::step_between_events`] makes the step.
+    /// Advances from a call that the host has handled to the next one, which is then due, and returns whether it did.
+    /// If not, nothing has changed, and [`Session::step_between_events`] must make the step.
     #[inline(never)]
     pub fn make_ordinary_step_between_events(&mut self, tc: f64, h: f64) -> bool {
         let is_ordinary = B::IS_SURE && self.extrapolations.is_empty() && self.clock.make_step_between_calls(tc, h);
@@ -303,7 +305,7 @@ impl<B: Cyclic> Session<B> {
 }
 
 impl Clock {
-    /// Advances from `tc` to `tc + h` if that is an ordinary step, which contains one call; returns whether it is.
+    /// Advances from `tc` to `tc + h` if that is an ordinary step, which contains one call. Returns whether it is.
     #[inline]
     pub fn check_and_make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
         let is_ordinary = self.is_ordinary(tc, h);
@@ -314,11 +316,11 @@ impl Clock {
         is_ordinary
     }
 
-    /// Advances from `tc` to `tc + h` if that is known to be an ordinary step, which contains one call; returns whether
+    /// Advances from `tc` to `tc + h` if that is known to be an ordinary step, which contains one call. Returns whether
     /// it is.
     #[inline(always)]
     pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
-        // Bits are compared faster than numbers. Where 0 stands against -0, `advance` makes the step.
+        // Comparing bits is faster than comparing numbers. If 0 meets -0, `advance` makes the step.
         let is_ordinary = self.tick < self.ordinary_below
             && tc.to_bits() == self.end.to_bits()
             && h.to_bits() == self.period.to_bits();
@@ -337,10 +339,10 @@ impl Clock {
         self.since += h;
     }
 
-    /// Advances from a tick whose call has been made to the next one; returns whether `tc` and `h` match that step.
+    /// Advances from a tick whose call has been made to the next tick. Returns whether `tc` and `h` match that step.
     #[inline]
     pub fn make_step_between_calls(&mut self, tc: f64, h: f64) -> bool {
-        // The rounding is below 0 where a step of one CYCLE has its own rounding, which `advance` keeps.
+        // The rounding is below 0 if a step of one CYCLE has a rounding error itself, which `advance` accounts for.
         let is_ordinary = self.next == self.tick + 1 && self.rounding >= 0.0 && self.is_from_tick_to_tick(tc, h);
         if is_ordinary {
             self.advance_by_a_tick(tc, h);
@@ -348,14 +350,14 @@ impl Clock {
         is_ordinary
     }
 
-    /// The ordinary step holds one call: that at its begin.
+    /// Whether the step contains exactly one call, at its start.
     #[inline]
     pub fn is_ordinary(&self, tc: f64, h: f64) -> bool {
         self.next == self.tick && self.is_from_tick_to_tick(tc, h)
     }
 
-    /// Whether a step goes from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance` checks can
-    /// fail then, and the result is the same.
+    /// Whether a step goes from the end of the last one, at a tick, to the next tick. No check in `check_and_advance`
+    /// can then fail, and the result is the same.
     #[inline]
     fn is_from_tick_to_tick(&self, tc: f64, h: f64) -> bool {
         h == self.period
@@ -364,11 +366,11 @@ impl Clock {
             && if tc == self.end { self.drift(tc) < MOST_DRIFT * self.cycle } else { self.is_at_tick(tc) }
     }
 
-    /// Whether only the rounding of a host that computes its points anew separates `tc` from the tick at which the last step
-    /// ended: 6 * 0.1 is not 5 * 0.1 + 0.1.
+    /// Whether `tc` differs from the tick at which the last step ended only by the rounding of a host that recomputes
+    /// its communication points: 6 * 0.1 is not 5 * 0.1 + 0.1.
     #[inline]
     pub(crate) fn is_at_tick(&self, tc: f64) -> bool {
-        // Of a `tc` that is not finite, the magnitude is that of `end`.
+        // If `tc` is not finite, the magnitude is that of `end`.
         let rounding = self.rounding * tc.abs().min(self.end.abs()).max(self.start.abs());
         self.drift(tc) <= rounding && (self.end - tc) * 1000.0 <= SAME * self.cycle + rounding
     }
@@ -378,8 +380,8 @@ impl Clock {
         ((tc - self.start) * 1000.0 - self.tick as f64 * self.cycle).abs()
     }
 
-    /// Whether, after an ordinary step from `tc` on, the next `ORDINARY_STEPS` steps of one CYCLE are ordinary too: they
-    /// end before the horizon, and the roundings of `end` cannot add up to the drift that is allowed.
+    /// Whether, after an ordinary step from `tc`, the next `ORDINARY_STEPS` steps of one CYCLE are ordinary too: they
+    /// end before the horizon, and the rounding errors of `end` cannot add up to the permitted drift.
     fn stays_ordinary(&self, tc: f64) -> bool {
         let steps = ORDINARY_STEPS as f64 + 1.0;
         let last = tc + steps * self.period;

@@ -1,6 +1,6 @@
-//! The code shared by the C functions of all versions of the standard: pointers become slices and references, values go
-//! in and out, and `functions!` generates the functions of a table. The `ffi` of each version states what the host must
-//! ensure and what is detected.
+//! The code shared by the C functions of all versions of the standard: pointers become slices and references, values
+//! are read and written, and `functions!` generates the functions of a table. The `ffi` module of each version states
+//! what the host must guarantee and what is detected.
 
 #![allow(unsafe_code)]
 // The contract above is the safety section of every function here.
@@ -16,14 +16,14 @@ use crate::state::Function;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::{ptr, slice};
 
-/// The status that a function returns, an enum of C.
+/// The status that a function returns, a C enum.
 pub type Status = c_int;
 pub(crate) const OK: Status = 0;
 pub(crate) const DISCARD: Status = 2;
 pub(crate) const ERROR: Status = 3;
 pub(crate) const FATAL: Status = 4;
 
-/// The status of an answer.
+/// The status for a result.
 pub(crate) fn status(answer: Result<(), Answer>) -> Status {
     match answer {
         Ok(()) => OK,
@@ -36,11 +36,11 @@ pub(crate) fn status(answer: Result<(), Answer>) -> Status {
 /// The door behind a host's instance pointer; `None` if it is NULL.
 #[inline(always)]
 unsafe fn door<'a, L: Library, H: Host>(instance: *mut c_void) -> Option<&'a mut Door<L::Block, H>> {
-    // SAFETY: if it is not NULL, the host's contract says that the library made it.
+    // SAFETY: if it is not NULL, the library created it, by the host's contract.
     unsafe { instance.cast::<Door<L::Block, H>>().as_mut() }
 }
 
-/// Every function on an instance goes through here.
+/// Every function on an instance enters here.
 #[inline(always)]
 pub(crate) unsafe fn enter<L: Library, H: Host>(
     instance: *mut c_void,
@@ -51,19 +51,19 @@ pub(crate) unsafe fn enter<L: Library, H: Host>(
     unsafe { door::<L, H>(instance) }.map_or(ERROR, |door| status(door.enter(function, body)))
 }
 
-/// The array of `length` elements at `pointer`; NULL is an array of length 0.
+/// The array of `length` elements at `pointer`; NULL is allowed for length 0.
 #[inline(always)]
 pub(crate) unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &str) -> Result<&'a [T], Refusal> {
     let pointer = elements(pointer.cast_mut(), length, name)?;
-    // SAFETY: not NULL, no longer than memory can be, and as long as the host says.
+    // SAFETY: not NULL, no longer than an allocation can be, and as long as the host states.
     Ok(unsafe { slice::from_raw_parts(pointer, length) })
 }
 
-/// The same, to write to.
+/// The same, for writing.
 #[inline(always)]
 pub(crate) unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &str) -> Result<&'a mut [T], Refusal> {
     let pointer = elements(pointer, length, name)?;
-    // SAFETY: as in `array`, and nobody else uses it during the call.
+    // SAFETY: as in `array`, and nothing else uses it during the call.
     Ok(unsafe { slice::from_raw_parts_mut(pointer, length) })
 }
 
@@ -76,7 +76,7 @@ fn elements<T>(pointer: *mut T, length: usize, name: &str) -> Result<*mut T, Ref
     Ok(pointer)
 }
 
-/// Refuses an array, unless it has no elements.
+/// Refuses an array unless it has no elements.
 #[cold]
 fn no_array(is_null: bool, length: usize, name: &str) -> Result<(), Refusal> {
     match is_null {
@@ -101,7 +101,7 @@ pub(crate) unsafe fn text<'a>(pointer: *const c_char) -> Option<&'a CStr> {
     (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) })
 }
 
-/// Reads texts. They are the component's until its next call.
+/// Reads texts. The component owns them until its next call.
 pub(crate) unsafe fn get_strings<V: Version, B: Cyclic>(
     component: &mut Component<B>,
     references: *const u32,
@@ -162,12 +162,12 @@ pub(crate) unsafe fn set<V: Version, B: Cyclic, T: HostType<V>>(
     unsafe { component.instance.set(array(references, count, "vr")?, array(values, count, "value")?) }
 }
 
-/// Makes of each line of the table
+/// Generates from each line of the table
 ///
 /// - a [`Function`]: its name and the states in which the standard allows it;
-/// - a Rust function over any [`Library`], which takes a component first and goes through its door to what stands behind `=>`;
-///   or, with `{ }`, does just that;
-/// - a C function of the library of an FMU: `export!` has them all. `$d` is a `$` of that macro.
+/// - a Rust function for any [`Library`], whose first argument is a component and which runs the code after `=>`
+///   through its door; or, with `{ }`, only runs that code;
+/// - a C function of an FMU's library, exported by `export!`. `$d` is a `$` of that macro.
 macro_rules! functions {
     (($d:tt) $export:ident: $version:ident, in $step:literal, with $($used:ident),*; $(
         $name:ident $([$($state:ident)*])? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?
@@ -192,7 +192,7 @@ macro_rules! functions {
         #[macro_export]
         macro_rules! $export {
             ($d Library:ty) => {
-                // The exported C functions. They are unsafe because the host has to keep the contract of `ffi`.
+                // The exported C functions. They are unsafe because the host must honour the contract of `ffi`.
                 #[allow(unsafe_code, missing_docs, non_snake_case, clippy::missing_safety_doc, clippy::too_many_arguments)]
                 mod $version {
                     use super::*;
@@ -203,7 +203,7 @@ macro_rules! functions {
                     $(
                         #[unsafe(no_mangle)]
                         pub unsafe extern "C" fn $name($($argument: $type),*) $(-> $result)? {
-                            // SAFETY: passed on to the host.
+                            // SAFETY: the obligation is passed on to the host.
                             unsafe { $crate::$version::ffi::$name::<TheLibrary>($($argument),*) }
                         }
                     )*

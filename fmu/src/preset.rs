@@ -1,9 +1,9 @@
 //! Presets: FMUs of the same library with their own start values.
 //!
-//! The start values are in `resources/start.txt`, and the preset's GUID is the fingerprint of that file. So the library
-//! can check by the GUID it receives that it has the values declared in modelDescription.xml; with its own GUID it
-//! reads no file. The file contains the identifier of the FMU from which the preset was made, which determines the form
-//! of the FMU.
+//! The start values are in `resources/start.txt`, and the preset's GUID is the fingerprint of that file. The GUID
+//! passed by the host thus lets the library check that it has the values declared in modelDescription.xml; with its own
+//! GUID, it reads no file. The file contains the identifier of the FMU from which the preset was created, which
+//! determines the form of the identifier.
 
 use crate::messages;
 use crate::refusal::Refusal;
@@ -14,45 +14,45 @@ use blocks::table::start::{self, FILE, LARGEST, Start};
 use blocks::{Block, Table, TableText, Value};
 use std::ffi::CStr;
 
-/// A text passed by a host, with the name that the standard gives it; `None` stands for NULL.
+/// A string passed by a host, with its argument name in the standard; `None` stands for NULL.
 #[derive(Clone, Copy, Debug)]
 pub struct Argument<'a> {
-    /// Its name, for messages.
+    /// The argument name, for messages.
     pub name: &'static str,
-    /// The text passed by the host.
+    /// The string passed by the host.
     pub value: Option<&'a CStr>,
 }
 
-/// The text by which a host identifies the FMU. It is formed from a hash, in one of several forms if the FMU comes in
-/// several.
+/// The string by which a host identifies the FMU. It is formed from a hash, in one of several ways if the FMU comes in
+/// several forms.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity<'a> {
-    /// Its name, for messages.
+    /// The argument name, for messages.
     pub name: &'static str,
-    /// The text passed by the host.
+    /// The string passed by the host.
     pub value: Option<&'a CStr>,
-    /// The value formed from the hash for each form.
+    /// For each form, the function that derives its value from the hash.
     pub forms: &'static [fn(u128) -> u128],
 }
 
 impl Identity<'_> {
-    /// One form, which is the hash itself.
+    /// A single form: the hash itself.
     pub const GUID: &'static [fn(u128) -> u128] = &[|hash| hash];
 
-    /// The form of this hash that the host passes: its number, and the value formed from the hash.
+    /// The form of this hash that the host passed: its number, and the value derived from the hash.
     pub fn form(&self, hash: u128) -> Option<(usize, u128)> {
         let given = self.value?.to_bytes();
         let mut forms = self.forms.iter().map(|form| form(hash)).enumerate();
         forms.find(|(_, hash)| fingerprint::text(*hash) == given)
     }
 
-    /// The text that a host should pass for this hash, in the first form.
+    /// The string that a host should pass for this hash, in the first form.
     pub fn text(&self, hash: u128) -> String {
         let hash = self.forms.first().map_or(hash, |form| form(hash));
         String::from_utf8_lossy(&fingerprint::text(hash)).into_owned()
     }
 
-    /// The text passed by the host, for messages.
+    /// The string passed by the host, for messages.
     pub fn shown(&self) -> String {
         self.value.map_or_else(|| "NULL".into(), |given| format!("{:?}", given.to_string_lossy()))
     }
@@ -61,7 +61,7 @@ impl Identity<'_> {
 /// The initial state of an instance of a preset.
 #[derive(Debug)]
 pub struct Preset<B> {
-    /// The fingerprint of the start values, from which the identifier is formed.
+    /// The fingerprint of the start values, from which the identifier is derived.
     pub hash: u128,
     /// The number of the form of the original FMU.
     pub form: usize,
@@ -70,10 +70,10 @@ pub struct Preset<B> {
 }
 
 impl<B: Block> Preset<B> {
-    /// The preset with this identifier, whose start values are read from the folder of the resources.
+    /// The preset with this identifier, whose start values are read from the resources folder.
     ///
     /// # Errors
-    /// As [`read`].
+    /// See [`read`].
     pub fn read(identity: Identity, resources: Argument) -> Result<Preset<B>, Refusal> {
         let (form, hash, settings) = read(identity, resources, B::TABLE, Fingerprint::<B>::HASH)?;
         let mut block = B::default();
@@ -90,7 +90,7 @@ pub type Settings = (usize, u128, Vec<(usize, Value)>);
 /// The start values of the preset with this identifier, by row of a table. `own` is the hash of the original FMU.
 ///
 /// # Errors
-/// There are no start values, or they are damaged, or those of another preset or library.
+/// The start values are missing, damaged, or belong to another preset or library.
 pub fn read<S: TableText>(
     identity: Identity,
     resources: Argument,

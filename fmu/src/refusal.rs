@@ -1,9 +1,9 @@
 //! The reason why a call is refused.
 
-/// The answer of a refused call.
+/// The result of a refused call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// The call is wrong; it changed nothing, and the host can correct and repeat it.
+    /// The call is wrong. It changed nothing, so the host can correct and repeat it.
     Error,
     /// The call requests something that is not available here.
     Discard,
@@ -11,18 +11,18 @@ pub enum Answer {
     Fatal,
 }
 
-/// The reason why a call is refused. It is one pointer wide, so that it costs successful calls nothing.
+/// The reason why a call is refused. It is one pointer wide so that it costs successful calls nothing.
 #[derive(Debug)]
 pub struct Refusal(Box<(Answer, String)>);
 
 impl Refusal {
-    /// A refusal with this answer.
+    /// A refusal with this result.
     #[cold]
     pub fn new(answer: Answer, reason: String) -> Refusal {
         Refusal(Box::new((answer, reason)))
     }
 
-    /// The answer of the call.
+    /// The result of the call.
     pub fn answer(&self) -> Answer {
         self.0.0
     }

@@ -1,7 +1,7 @@
-//! The FMU's folder `resources`: from the URI that a host passes to the folders that it may mean.
+//! The FMU's `resources` folder: from the URI passed by a host to the folders it may refer to.
 //!
 //! Hosts write the URI of a folder in many ways: `file:///x`, `file:/x`, `file://localhost/x`, `file:////x`, with or
-//! without percent escapes, with backslashes, with a slash at the end, or as a plain path. If a text may refer to two
+//! without percent escapes, with backslashes, with a trailing slash, or as a plain path. If a string may refer to two
 //! folders, both are tried: the file's content proves which one is right.
 
 use crate::preset::Argument;
@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The longest URI that is looked at, in bytes.
+/// The maximum length of a URI, in bytes.
 const LONGEST: usize = 1 << 15;
 
 /// The maximum length of a path in a message, in characters.
@@ -25,7 +25,7 @@ enum Style {
 /// Reads a file of at most `limit` bytes from the folder with this URI; also returns its path.
 ///
 /// # Errors
-/// The problem as a sentence that can follow "but".
+/// The problem, worded to follow "but".
 pub fn read(location: Argument, name: &str, limit: u64) -> Result<(String, Vec<u8>), String> {
     let Argument { name: argument, value } = location;
     let location = value.ok_or_else(|| format!("{argument} is NULL"))?.to_bytes();
@@ -39,7 +39,7 @@ pub fn read(location: Argument, name: &str, limit: u64) -> Result<(String, Vec<u
         let location = String::from_utf8_lossy(location);
         return Err(format!("{argument} = {:?} is not the URI of a folder (file:///...)", cut(&location)));
     };
-    // Opening anything other than a file might wait forever.
+    // Opening anything other than a regular file might block forever.
     let is_file = |path: &&PathBuf| fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
     let Some(found) = files.iter().find(is_file) else {
         return Err(format!("there is no file {}", shown(first)));
@@ -75,7 +75,7 @@ fn path(bytes: Vec<u8>) -> Option<PathBuf> {
     String::from_utf8(bytes).ok().map(PathBuf::from)
 }
 
-/// The folders that a host may mean, the most likely first. None if it is the URI of something else.
+/// The folders that the location may refer to, the most likely first; empty if it is not the URI of a folder.
 fn folders(location: &[u8], style: Style) -> Vec<Vec<u8>> {
     let mut folders: Vec<Vec<u8>> = Vec::new();
     let mut add = |folder: Vec<u8>| {
@@ -89,12 +89,12 @@ fn folders(location: &[u8], style: Style) -> Vec<Vec<u8>> {
         }
         return folders;
     };
-    // A backslash separates folders on Windows and is a character like others elsewhere, where some hosts write it all the same.
+    // A backslash separates folders on Windows and is an ordinary character elsewhere, but some hosts use it there too.
     let slashed: Vec<u8> = rest.iter().map(|byte| if *byte == b'\\' { b'/' } else { *byte }).collect();
     let written = if style == Style::Windows { vec![slashed] } else { vec![rest.to_vec(), slashed] };
     for text in &written {
         let decoded = decoded(text);
-        // As the standard has it; by a host that does not encode; by one that encodes twice.
+        // As defined by the standard; from a host that does not encode; from one that encodes twice.
         for text in [&decoded, text, &self::decoded(&decoded)] {
             add(local_path(text, style));
         }
@@ -102,19 +102,19 @@ fn folders(location: &[u8], style: Style) -> Vec<Vec<u8>> {
     folders
 }
 
-/// The part after `file:`, in any case.
+/// The part after `file:`, ignoring case.
 fn without_scheme(location: &[u8]) -> Option<&[u8]> {
     let (scheme, rest) = location.split_at_checked(5)?;
     scheme.eq_ignore_ascii_case(b"file:").then_some(rest)
 }
 
-/// Whether it begins as a URI does. A single letter before the colon is a drive.
+/// Whether it begins with a URI scheme. A single letter before the colon is a drive.
 fn has_scheme(location: &[u8]) -> bool {
     let length = location.iter().take_while(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(byte)).count();
     length > 1 && location.get(length) == Some(&b':')
 }
 
-/// The path in a URI, from which the scheme is taken off already: `//host/path` or `/path`.
+/// The path in a URI whose scheme has been removed: `//host/path` or `/path`.
 fn local_path(text: &[u8], style: Style) -> Vec<u8> {
     let path = match text.strip_prefix(b"//") {
         None => text.to_vec(),
@@ -124,9 +124,9 @@ fn local_path(text: &[u8], style: Style) -> Vec<u8> {
             match style {
                 _ if host.is_empty() || host.eq_ignore_ascii_case(b"localhost") => path.to_vec(),
                 Style::Windows if is_drive(host) => rest.to_vec(),
-                // A share.
+                // A network share.
                 Style::Windows => text.to_vec(),
-                // A slash is missing.
+                // A missing slash.
                 Style::Unix => [b"/", rest].concat(),
             }
         }
@@ -140,7 +140,8 @@ fn is_drive(text: &[u8]) -> bool {
     matches!(text, [letter, b':', ..] if letter.is_ascii_alphabetic())
 }
 
-/// The text with each `%20` replaced by its byte. A percent sign that begins no escape stays.
+/// The text with each percent escape, such as `%20`, replaced by its byte. A percent sign that does not begin an escape
+/// is kept.
 fn decoded(text: &[u8]) -> Vec<u8> {
     let digit = |place: usize| text.get(place).and_then(|byte| char::from(*byte).to_digit(16));
     let mut bytes = Vec::with_capacity(text.len());

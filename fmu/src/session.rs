@@ -1,4 +1,4 @@
-//! One block with its time: restart, steps, inputs that are extrapolated within a step, and the whole as bytes.
+//! One block and its time: restart, steps, inputs extrapolated within a step, and serialization.
 //!
 //! A refused call changes nothing.
 
@@ -14,7 +14,7 @@ use std::mem::ManuallyDrop;
 /// The highest order of an input's time derivative.
 pub const ORDERS: usize = 4;
 
-/// One block with its clock. A clone is a saved state: it contains no pointers, unless the block has some.
+/// One block with its clock. A clone is a saved state: it contains no pointers unless the block does.
 #[derive(Clone, Debug)]
 pub struct Session<B> {
     /// The block; its fields are the values of the rows.
@@ -24,26 +24,26 @@ pub struct Session<B> {
 }
 
 impl<B: Cyclic> Session<B> {
-    /// A session with this block, not restarted yet; time stands at 0.
+    /// A session with this block, not yet restarted; the time is 0.
     pub fn new(block: B) -> Self {
         let clock = Clock::new(0.0, f64::INFINITY, block.cycle());
         Session { block, clock, extrapolations: Vec::new() }
     }
 
-    /// Restarts the block with its present inputs and parameters. Time goes from `start` to `stop`, in seconds (infinite
-    /// if there is no stop time); the first call is at `start`.
+    /// Restarts the block with its current inputs and parameters. The time runs from `start` to `stop`, in seconds
+    /// (infinite if there is no stop time); the first call is at `start`.
     ///
     /// # Errors
-    /// The time between two calls is less than 1 ms, or the block itself refuses its parameters.
+    /// The time between two calls is less than 1 ms, or the block refuses its parameters.
     pub fn restart(&mut self, start: f64, stop: f64) -> Result<(), Refusal> {
         Self::restart_block(&mut self.block)?;
         self.clock = Clock::new(start, stop, self.block.cycle());
         Ok(())
     }
 
-    /// The block as a restart with its present inputs and parameters would leave it; `None` if that restart is refused.
+    /// The block as a restart with its current inputs and parameters would leave it; `None` if that restart is refused.
     pub fn restarted(&self) -> Option<B> {
-        // If the restart panics, the copy is leaked: it might panic again when it is dropped, which would end the process.
+        // If the restart panics, the copy is leaked: dropping it might panic again, which would abort the process.
         let mut block = ManuallyDrop::new(self.block.clone());
         let is_restarted = Self::restart_block(&mut block).is_ok();
         let block = ManuallyDrop::into_inner(block);
@@ -62,11 +62,11 @@ impl<B: Cyclic> Session<B> {
         Ok(())
     }
 
-    /// A sentence if a step of `h` seconds is so short against the time between two calls that the latter may be given in
+    /// Advice if a step of `h` seconds is so short compared with the time between two calls that the latter may be in
     /// the wrong unit.
     pub fn advice_on_step(&self, h: f64) -> Option<String> {
         let cycle = self.clock.period();
-        // Steps below a microsecond are what rounding leaves of a host's time.
+        // Steps below a microsecond are rounding remainders of a host's time.
         let is_odd = 1e-6 < h && h < cycle / 100.0;
         is_odd.then(|| {
             let table = self.block.table();
@@ -79,10 +79,10 @@ impl<B: Cyclic> Session<B> {
         self.clock.end()
     }
 
-    /// Makes every call from `tc` on before `tc + h`, in seconds.
+    /// Makes every call from `tc` up to but not including `tc + h`, in seconds.
     ///
     /// # Errors
-    /// The [`Clock`] refuses, or an extrapolated input may leave its range. No call is made then.
+    /// The [`Clock`] refuses a time, or an extrapolated input may leave its range. No call is made then.
     pub fn step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
         let mut clock = self.clock.clone();
         let calls = clock.advance(tc, h)?;
@@ -90,7 +90,7 @@ impl<B: Cyclic> Session<B> {
         for input in &mut self.extrapolations {
             let row = &self.block.table().rows[input.row as usize];
             input.value = self.block.get(input.row as usize).map(number).unwrap_or_default();
-            // The largest magnitude that the value can reach within the step; if that fits, every value does.
+            // The largest magnitude that the value can reach within the step. If that is in range, every value is.
             let last = (calls.lead + calls.count as f64 * cycle).max(0.0);
             let bound =
                 Extrapolation { value: input.value.abs(), derivatives: input.derivatives.map(f64::abs), row: 0 };
@@ -114,9 +114,9 @@ impl<B: Cyclic> Session<B> {
         Ok(())
     }
 
-    /// Makes a step in which calls are events that the host handles between steps. Calls that are due at its start and
-    /// not handled by the host are made. The step ends early at the next call, if that is allowed; otherwise, calls in
-    /// between are made, except one at its end.
+    /// Makes a step in which calls are events that the host handles between steps. Calls that are due at the start and
+    /// have not been handled by the host are made. The step ends early at the next call if that is allowed; otherwise,
+    /// the calls within it are made, except one at its end.
     ///
     /// # Errors
     /// As [`Session::step`].
@@ -139,7 +139,7 @@ impl<B: Cyclic> Session<B> {
         Ok(Reached { end, is_early, is_event: self.clock.is_due() })
     }
 
-    /// Makes the call that is due at the present time, if any. Returns the time of the next one in seconds.
+    /// Makes the call that is due at the current time, if any. Returns the time of the next one in seconds.
     ///
     /// # Errors
     /// The time is so far from 0 that calls cannot be distinguished.
@@ -150,7 +150,7 @@ impl<B: Cyclic> Session<B> {
         Ok(self.clock.next_call())
     }
 
-    // The page of the parameter tool is small rather than fast: there, each law is compiled once.
+    // The browser page is optimized for size, not speed: there, each law is compiled only once.
     #[cfg_attr(target_family = "wasm", inline(never))]
     #[cfg_attr(not(target_family = "wasm"), inline(always))]
     fn call(block: &mut B, mean: &mut Mean) {
@@ -160,7 +160,7 @@ impl<B: Cyclic> Session<B> {
         }
     }
 
-    /// Makes the call of a step that has one.
+    /// Makes the call of a step with exactly one.
     #[inline(always)]
     pub(crate) fn call_once(block: &mut B) {
         let mut mean = Mean::default();
@@ -178,7 +178,7 @@ impl<B: Cyclic> Session<B> {
     /// Checks one time derivative for [`Session::set_derivatives`].
     ///
     /// # Errors
-    /// The row is not a REAL or LREAL input, the order is not 1 to 4, the derivative is not finite.
+    /// The row is not a REAL or LREAL input, the order is not 1 to 4, or the derivative is not finite.
     pub fn check_derivative<S: TableText>(row: &Row<S>, order: i32, derivative: f64) -> Result<(), Refusal> {
         if row.role != Role::Input || !matches!(row.kind, Kind::Real | Kind::LReal) {
             return Err(messages::no_real_input(&row.name).into());
@@ -215,7 +215,8 @@ impl<B: Cyclic> Session<B> {
         self.block.store(bytes);
     }
 
-    /// The session of a block like this one that [`Session::store`] wrote; `None` if `bytes` does not contain one.
+    /// Restores the session, with a block like this one, that [`Session::store`] wrote; `None` if `bytes` does not
+    /// contain one.
     pub fn restored(block: &B, bytes: &mut &[u8]) -> Option<Self> {
         let clock = Clock::read(bytes)?;
         let extrapolations = Vec::<Extrapolation>::read(bytes)?;
@@ -231,19 +232,19 @@ impl<B: Cyclic> Session<B> {
 pub struct Reached {
     /// The time in seconds.
     pub end: f64,
-    /// Whether that is before the end that was asked for.
+    /// Whether that is before the requested end.
     pub is_early: bool,
     /// Whether a call is due there.
     pub is_event: bool,
 }
 
-/// An input that is extrapolated within a step.
+/// An input extrapolated within a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Extrapolation {
     row: u32,
-    /// The input's own value, while a step replaces it by the extrapolated ones; meaningless between steps.
+    /// The input's own value, saved while a step replaces it with extrapolated ones; meaningless between steps.
     value: f64,
-    /// First to fourth derivative.
+    /// The first to fourth derivatives.
     derivatives: [f64; ORDERS],
 }
 

@@ -3,36 +3,36 @@
 use crate::messages;
 use crate::refusal::{Answer, Refusal};
 
-/// The states that an instance can be in. A step is either refused before it begins or runs to its end, so the standard's
-/// states stepInProgress, stepFailed, stepCanceled and error do not occur.
+/// The states of an instance. A step is either refused before it begins or runs to completion, so the standard's states
+/// stepInProgress, stepFailed, stepCanceled and error do not occur.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum State {
-    /// After it is instantiated or reset.
+    /// After instantiation or a reset.
     Instantiated = 1,
     /// Between entering and leaving Initialization Mode.
     InitializationMode = 2,
     /// Ready for a step.
     StepComplete = 4,
-    /// After the end.
+    /// After the end of the simulation.
     Terminated = 8,
     /// After a panic. The block may be half changed, so the instance can only be freed.
     Locked = 16,
-    /// At an instant at which things happen, in versions that have such a state.
+    /// At an event, in versions of the standard with Event Mode.
     EventMode = 32,
 }
 
 impl State {
-    /// The states that last: an instance can be saved in them.
+    /// The states in which an instance can be saved.
     pub(crate) const LASTING: [State; 5] =
         [State::Instantiated, State::InitializationMode, State::EventMode, State::StepComplete, State::Terminated];
 
-    /// The lasting state with this number.
+    /// The state in [`State::LASTING`] with this number.
     pub fn numbered(number: u8) -> Option<State> {
         State::LASTING.into_iter().find(|state| *state as u8 == number)
     }
 
-    /// Its name in the version of a function.
+    /// Its name in the function's version of the standard.
     pub(crate) fn name(self, function: &Function) -> &'static str {
         match self {
             State::Instantiated => "instantiated",
@@ -74,15 +74,15 @@ impl State {
 /// A C function: its name and the states in which the standard allows it.
 #[derive(Debug)]
 pub struct Function {
-    /// The name, with which a log message begins.
+    /// The name, which begins each log message.
     pub name: &'static str,
     pub(crate) allowed: u8,
-    /// What its version calls the state in which steps are made.
+    /// The version's name for the state in which steps are made.
     step_name: &'static str,
 }
 
 impl Function {
-    /// A function that is allowed in these states, in a version that calls that of steps `step_name`.
+    /// A function allowed in these states. `step_name` is the version's name for [`State::StepComplete`].
     pub const fn new(name: &'static str, states: &[State], step_name: &'static str) -> Function {
         let mut allowed = 0;
         let mut i = 0;

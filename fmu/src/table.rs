@@ -1,4 +1,4 @@
-//! A block's table as text for the packer, and its fingerprint.
+//! A block's table as JSON for the packer, and its fingerprint.
 
 use blocks::table::fingerprint::{self, BASIS, hash};
 use blocks::table::number::{beyond_number, number};
@@ -6,22 +6,22 @@ use blocks::{Block, StaticRow, StaticTable, Table, TableText, Types, Value};
 use std::fmt::Write;
 use std::marker::PhantomData;
 
-/// The fingerprint of a block's table, computed while the library is compiled.
+/// The fingerprint of a block's table, computed at compile time.
 pub struct Fingerprint<B>(PhantomData<B>);
 
 impl<B: Block> Fingerprint<B> {
-    /// A hash of everything a host relies on, and of the memory layout of a saved session. Purely descriptive texts are
-    /// excluded.
+    /// A hash of everything a host relies on, and of the memory layout of a saved session. Purely descriptive strings
+    /// are excluded.
     pub const HASH: u128 = table_hash(BASIS, B::TABLE);
 }
 
-/// The GUID of a block's FMU, computed while the library is compiled: the fingerprint of the block's table.
+/// The GUID of a block's FMU, computed at compile time: the fingerprint of the block's table.
 pub struct Guid<B>(PhantomData<B>);
 
 impl<B: Block> Guid<B> {
     const TEXT_BYTES: [u8; 38] = fingerprint::text(Fingerprint::<B>::HASH);
 
-    /// The placeholder where hosts choose types: a text for each choice.
+    /// The instantiation token of FMI 3.0 for each choice of types.
     pub const TOKENS: [[u8; 38]; 2] = [
         fingerprint::text(Types::Native.token(Fingerprint::<B>::HASH)),
         fingerprint::text(Types::Wide.token(Fingerprint::<B>::HASH)),
@@ -34,8 +34,8 @@ impl<B: Block> Guid<B> {
     };
 }
 
-/// The code from which the library of a block is compiled: a hash of the sources of this crate, of `blocks`, and of the
-/// crate that has the block. Unlike the GUID it changes with the law.
+/// The code from which a block's library is compiled: a hash of the sources of this crate, of `blocks`, and of the
+/// block's crate. Unlike the GUID, it changes with the law.
 pub struct Code<B>(PhantomData<B>);
 
 impl<B: Block> Code<B> {
@@ -46,8 +46,8 @@ impl<B: Block> Code<B> {
         _ => None,
     };
 
-    /// The hash in the form of a GUID; none if one of the crates does not know its own. A library that is made with
-    /// [`export!`](crate::export) has it in its file.
+    /// The hash in the form of a GUID; `None` if it is unknown for one of the crates. The file of a library built with
+    /// [`export!`](crate::export) contains it.
     pub const TEXT: Option<&'static str> = match &Self::TEXT_BYTES {
         Some(bytes) => match std::str::from_utf8(bytes) {
             Ok(text) => Some(text),
@@ -74,7 +74,7 @@ const fn value_hash(state: u128, value: Option<Value>) -> u128 {
     }
 }
 
-/// The names of the three outer instances, which may be empty, then the rest.
+/// Hashes the names of the three outer instances, which may be empty, and then the rest.
 const fn name_hash(mut state: u128, name: &str) -> u128 {
     let mut bytes = name.as_bytes();
     let mut instances = 0;
@@ -133,9 +133,9 @@ const fn table_hash(mut state: u128, table: &StaticTable) -> u128 {
     state
 }
 
-/// The table as a JSON object: name, documentation, the row numbers of the cycle and the mean, the variables in the order
-/// of the rows, and the response. Numbers are plain: a TIME in seconds, TRUE as 1. A variable whose restart value depends on
-/// settings names them as `from`.
+/// The table as a JSON object: name, documentation, the row numbers of the cycle and the mean, the variables in the
+/// order of the rows, and the response. Values are plain numbers: a TIME in seconds, TRUE as 1. A variable whose
+/// restart value depends on settings lists them in `from`.
 pub fn json<S: TableText>(table: &Table<S>) -> String {
     let mut json = String::new();
     let _ = write!(

@@ -1,10 +1,10 @@
-//! The block of the unit tests.
+//! The blocks for the unit tests.
 
 use crate::state::{Function, State};
 use blocks::Law;
 
 blocks::block! {
-    /// Adds its input up, call by call, and pulses in every fourth call.
+    /// Adds up its inputs, call by call, and pulses in every fourth call.
     pub struct Sum as "SUM" {
         input {
             /// Summand
@@ -63,7 +63,7 @@ impl Law for Sum {
     }
 }
 
-// The rows by number.
+// The row numbers.
 pub(crate) const U: u32 = 0;
 pub(crate) const V: u32 = 1;
 pub(crate) const ON: u32 = 2;
@@ -106,7 +106,7 @@ impl Law for Fragile {
 }
 
 blocks::block! {
-    /// `Sum` by name, with another table.
+    /// A block with the name of `Sum` but another table.
     pub struct Other as "SUM" {
         input {
             /// Summand

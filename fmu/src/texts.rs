@@ -1,4 +1,5 @@
-//! Texts of a program, which a host reads and writes beside the rows of its table. Their value references follow those of the rows.
+//! A program's texts, which a host reads and writes in addition to the rows of its table. Their value references follow
+//! those of the rows.
 
 use crate::cyclic::Cyclic;
 use crate::host_type::Version;
@@ -9,20 +10,20 @@ use crate::state::State;
 use blocks::{Table, TableText, Text};
 use std::ffi::CStr;
 
-/// The standard's name of the type.
+/// The standard's name for the type.
 pub const TYPE: &str = "String";
 
-/// The text with a value reference, and its number in the table.
+/// The text with this value reference, and its index in the table.
 pub fn text<S: TableText>(table: &Table<S>, reference: u32) -> Option<(usize, &Text<S>)> {
     let number = (reference as usize).checked_sub(table.rows.len())?;
     Some((number, table.texts.get(number)?))
 }
 
 impl<B: Cyclic> Instance<B> {
-    /// Reads texts; in Initialization Mode as [`Instance::get`] does.
+    /// Reads texts; in Initialization Mode, see [`Instance::get`].
     ///
     /// # Errors
-    /// A reference that is unknown or no text.
+    /// A reference is unknown or does not refer to a text.
     pub fn get_texts<V: Version>(&self, references: &[u32]) -> Result<Vec<String>, Refusal> {
         let table = self.session.block.table();
         let numbers: Vec<(usize, &Text<B::Text>)> =
@@ -41,8 +42,8 @@ impl<B: Cyclic> Instance<B> {
     /// Writes texts in UTF-8, NULL being `None`. `values` is as long as `references`.
     ///
     /// # Errors
-    /// A reference that is unknown, no text or not settable now; a value that is NULL, not UTF-8, longer than the variable, or has
-    /// a character that its type does not have. Nothing is written then.
+    /// A reference is unknown, is not a text, or cannot be set now; a value is NULL, is not UTF-8, is longer than the
+    /// variable, or has a character outside its type. Nothing is written in these cases.
     pub fn set_texts<V: Version>(&mut self, references: &[u32], values: &[Option<&CStr>]) -> Result<(), Refusal> {
         let mut checked = Vec::with_capacity(references.len());
         for (reference, value) in references.iter().zip(values) {

@@ -11,29 +11,29 @@ const MOST: usize = 2000;
 /// An instance of a block inside a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InnerInstance {
-    /// Its path, as the table names its variables: `motors[1]`; empty for the program itself.
+    /// Its path, as in the names of its variables in the table: `motors[1]`; empty for the program itself.
     pub path: String,
     /// The name of its block.
     pub block: String,
-    /// Whether its law is that of a block of [`blocks`], and not in SCL.
+    /// Whether its law is that of a block in [`blocks`] rather than written in SCL.
     pub is_native: bool,
-    /// Its address in the memory.
+    /// Its address in memory.
     address: usize,
 }
 
 impl Loaded {
-    /// The name of the block that runs: a function block, or the first of the organization blocks.
+    /// The name of the block that runs: a function block, or the first organization block.
     pub fn block(&self) -> &str {
         &self.block
     }
 
-    /// The instances of blocks: first the program itself; inner instances follow the one that contains them.
+    /// The block instances, starting with the program itself. Inner instances follow the one that contains them.
     pub fn parts(&self) -> Vec<InnerInstance> {
         let own = InnerInstance { path: String::new(), block: self.block.clone(), is_native: false, address: 0 };
         let mut found = vec![own];
         let memory = self.program.memory;
         for member in &self.program.records[memory].members {
-            // The variables of the instance are named without it.
+            // Variables of this instance are named without the instance name.
             let is_own = !self.instance.is_empty() && member.name.eq_ignore_ascii_case(&self.instance);
             if let (true, Type::Record(record)) = (is_own, &member.ty) {
                 found[0].address = member.offset;
@@ -80,7 +80,7 @@ impl Loaded {
         }
     }
 
-    /// The function that a cycle runs, if it is a single one.
+    /// The function that a cycle runs, if there is exactly one.
     fn body(&self) -> Option<usize> {
         match &self.program.functions[self.cycle].body {
             Body::Code(code) => match code.as_slice() {
@@ -104,9 +104,9 @@ impl Program {
         self
     }
 
-    /// The truth values of a block's networks and conditions when the last call calculated them, in the instance at
-    /// this path (a function has none). Each comes with the number of its expression in the source; those that were not
-    /// calculated are missing.
+    /// The truth values of a block's networks and conditions as calculated by the last call, in the instance at this
+    /// path (ignored for functions). Each comes with the number of its expression in the source; values that were not
+    /// calculated are omitted.
     pub fn wires(&self, block: &str, path: &str) -> Vec<(u32, bool)> {
         let parts = self.loaded.parts();
         let part = parts.iter().find(|part| part.path == path && part.block.eq_ignore_ascii_case(block));
@@ -118,13 +118,13 @@ impl Program {
             }
             let address = if function.instance.is_some() { part?.address } else { 0 };
             let kept = self.machine.kept(note.function, address, note.local)?;
-            // 0 is one that was not calculated.
+            // 0 means not calculated.
             (kept > 0).then_some((note.expression, kept == u64::from(Note::TRUE)))
         };
         self.loaded.notes.iter().filter_map(value).collect()
     }
 
-    /// The files and lines of the statements that the last call has run, those of the sources alone; sorted.
+    /// The files and lines, sorted, of the statements in the user's sources that the last call executed.
     pub fn lines(&self) -> Vec<(usize, u32)> {
         let is_own = |at: &At| at.line > 0 && usize::from(at.file) + 1 < self.loaded.program.files.len();
         let run = self.machine.coverage().filter(|(at, is_run)| *is_run && is_own(at));
@@ -134,10 +134,11 @@ impl Program {
         lines
     }
 
-    /// The temporaries of the block that runs, with their values at the end of the last call: numbers and truth values.
+    /// The temporary variables (numbers and truth values) of the block that runs, with their values at the end of the
+    /// last call.
     pub fn temps(&self) -> Vec<(&str, Value)> {
         let Some(body) = self.loaded.body() else { return Vec::new() };
-        // Locals that record truth values are not temporaries of the author.
+        // Locals that record truth values are not the author's temporaries.
         let notes = self.loaded.notes.iter().filter(|note| note.function == body);
         let notes: HashSet<usize> = notes.map(|note| note.local).collect();
         let locals = self.loaded.program.functions[body].locals.iter().enumerate();

@@ -1,8 +1,8 @@
 //! A PLC program in SCL that an FMU calls every CYCLE.
 //!
 //! The FMU's resources contain the sources and the [`Manifest`], which states how to build the program from them. The
-//! library translates them for each new instance; the GUID is a hash over all of them, so that no other program can be
-//! mistaken for it.
+//! library compiles them when it creates instances; the GUID is a hash of all of them, so that no other program can be
+//! mistaken for this one.
 //!
 //! ```text
 //! Manifest, sources --Loaded::new--> Table, Code --Program::new--> Program: a machine with its memory, called by fmu
@@ -35,54 +35,54 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use table::Held;
 
-/// The largest file of a program, in bytes.
+/// The maximum size of a program file, in bytes.
 pub const LARGEST: u64 = 16 << 20;
 
-/// A program that is translated, with its table.
+/// A compiled program with its table.
 pub struct Loaded {
-    /// What the host sees of it.
+    /// The program's interface to the host.
     pub table: Table,
-    /// What the GUID is made of.
+    /// The hash from which the GUID is formed.
     pub hash: u128,
     /// Warnings for the author, with file and line.
     pub warnings: Vec<Problems>,
-    /// The places where a watched program records the values of its wires.
+    /// The locals in which a watched program records the values of its wires.
     notes: Vec<Note>,
     /// The arrays in the table.
     layout: Option<Layout>,
     program: scl::ir::Program,
     code: Arc<Code>,
-    /// The number of the function of a cycle.
+    /// The index of the function called every cycle.
     cycle: usize,
     places: Vec<table::RowMemory>,
     texts: Vec<table::TextPlace>,
     /// The rows set by the host whose variables the program also writes.
     in_outs: Vec<usize>,
-    /// The number of the function that is called once at the start.
+    /// The index of the function called once at the start.
     startup: Option<usize>,
-    /// The place of the block's own time between two calls.
+    /// The address of the block's own variable for the time between two calls.
     own_cycle: Option<usize>,
     /// The name of the block, or of the first of several.
     block: String,
-    /// The instance in the memory; empty if no single instance runs.
+    /// The name of the instance in memory; empty unless a single instance runs.
     instance: String,
     budget: u32,
 }
 
 impl Loaded {
-    /// Translates a program. A unit stated in a comment becomes part of the table if it is known.
+    /// Compiles a program. A unit stated in a comment is entered in the table if it is known.
     ///
     /// # Errors
-    /// All errors in the sources, with file, line and column, or no block to run.
+    /// The sources contain errors (all are returned, with file, line and column), or there is no block to run.
     pub fn new(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
         Loaded::from_compiled(compile(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
     }
 
-    /// The same program, recording while it runs the values of its wires and the operands of its conditions. It
-    /// computes the same results.
+    /// The same program, which also records the values of its wires and the operands of its conditions. It computes the
+    /// same results.
     ///
     /// # Errors
-    /// Those of [`Loaded::new`].
+    /// As [`Loaded::new`].
     pub fn watched(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
         Loaded::from_compiled(compile_watched(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
     }
@@ -140,10 +140,10 @@ pub struct Program {
     cycle: i32,
     /// The number of calls since the restart.
     calls: u64,
-    /// The values set for rows that the program also writes; 0 for others.
+    /// The values set by the host for rows that the program also writes or that apply at the start.
     set: Vec<u64>,
     stopped: Option<String>,
-    /// Whether it is noted which lines the last call has run.
+    /// Whether to record which lines the last call executed.
     is_watched: bool,
 }
 
@@ -160,7 +160,7 @@ impl Program {
         Program { machine, cycle, calls: 0, set, stopped: None, is_watched: false, loaded }
     }
 
-    /// Passes the values set for variables that the program also writes to the machine.
+    /// Copies to the machine the values set for variables that the program also writes.
     fn give(&mut self) {
         for row in &self.loaded.in_outs {
             let place = self.loaded.places[*row];
@@ -171,7 +171,7 @@ impl Program {
         }
     }
 
-    /// Calls a function at a time in nanoseconds since the start. If it stops, nothing is called any more.
+    /// Calls a function at a time in nanoseconds since the start. If it stops, no further calls are made.
     fn run(&mut self, function: usize, now: i64) {
         if let Err(stop) = self.machine.call(function, now) {
             let seconds = now as f64 / 1e9;
@@ -230,7 +230,7 @@ impl Cyclic for Program {
         }
     }
 
-    // The machine has bytes, not addresses of numbers: values are set through `set`.
+    // The machine's memory consists of bytes, so there are no numbers to refer to: values are set through `set`.
     fn real_mut(&mut self, _row: usize) -> Option<&mut Real> {
         None
     }
@@ -248,7 +248,7 @@ impl Cyclic for Program {
 
     fn set_mean(&mut self, _percent: LReal) {}
 
-    /// A warm restart: all variables get their start values, except those set by the host.
+    /// A warm restart: all variables are reset to their start values, except those set by the host.
     fn restart(&mut self) {
         let rows = &self.loaded.table.rows;
         let is_kept = |row: &usize| *row != self.loaded.table.cycle && rows[*row].role.is_settable();
@@ -344,21 +344,21 @@ impl Cyclic for Program {
     }
 }
 
-/// Takes the first bytes.
+/// Splits off the first `N` bytes.
 fn take<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
     let (first, rest) = bytes.split_first_chunk()?;
     *bytes = rest;
     Some(*first)
 }
 
-/// The programs that this process has translated, by their hash: each instance of an FMU has the same.
+/// The programs compiled by this process, keyed by manifest and sources. Instances of the same FMU share one.
 static LOADED: Mutex<Option<HashMap<Vec<u8>, Arc<Loaded>>>> = Mutex::new(None);
 
 impl Library for Program {
     type Block = Program;
 
-    /// The program is in the resources; its identifier must be the one that the host read in modelDescription.xml, or that of a
-    /// preset of it, whose start values are in the resources, too.
+    /// The program is in the resources. The identifier that the host read in modelDescription.xml must be that of the
+    /// program or of one of its presets, whose start values are also in the resources.
     fn open(identity: Identity, location: Argument) -> Result<Origin<Program>, Refusal> {
         if identity.value.is_none() {
             return Err(format!("{} = NULL: take the modelDescription.xml of the FMU", identity.name).into());

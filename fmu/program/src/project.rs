@@ -1,17 +1,17 @@
-//! The files of a project as a program: which of them belong to one, and what tag tables and stubs add to its sources.
+//! A project's files as a program: which of them belong to it, and what tag tables and stubs add to its sources.
 
 use manifest::Manifest;
 use parameters::Source;
 use parameters::tags::{self, Declared, Tags};
 use std::collections::HashMap;
 
-/// The endings of sources.
+/// The extensions of source files.
 pub const SOURCES: [&str; 7] = ["scl", "udt", "db", "awl", "xml", "s7dcl", "s7res"];
 
 /// The extensions of tag tables. Not every file with one of them is a tag table.
 pub const TABLES: [&str; 3] = ["xml", "xlsx", "sdf"];
 
-/// The name of the source of stubs, which is no file.
+/// The name of the source that contains the stubs; it is not a file.
 const STUBS: &str = "stubs.scl";
 
 /// The role of a file in a program.
@@ -23,17 +23,17 @@ pub enum Kind {
     Other,
 }
 
-/// The ending of a file in small letters.
+/// The extension of a file, in lower case.
 pub fn ending(file: &str) -> String {
     let name = file.rsplit(['/', '\\']).next().unwrap_or_default();
     name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase()
 }
 
-/// The kind of a file, by its extension and, if that is not enough, its text. A workbook counts as a table.
+/// The kind of a file, determined by its extension and, if necessary, its text. A workbook counts as a table.
 pub fn kind(file: &str, text: impl FnOnce() -> Option<String>) -> Kind {
     match ending(file).as_str() {
         "sdf" | "xlsx" => Kind::Table,
-        // A project has XML of other kinds, too.
+        // A project also contains other XML files.
         "xml" => match text() {
             Some(text) if tags::is_table(&text) => Kind::Table,
             Some(text) if text.contains("<SW.") => Kind::Source,
@@ -44,14 +44,14 @@ pub fn kind(file: &str, text: impl FnOnce() -> Option<String>) -> Kind {
     }
 }
 
-/// The files of a program, read.
+/// The contents of a program's files.
 #[derive(Clone, Debug)]
 pub struct Parts {
-    /// The sources; last one with stubs, if the manifest names some that no file declares.
+    /// The sources, followed by one with stubs if the manifest names stubs that no file declares.
     pub sources: Vec<Source>,
     /// The manifest as given, followed by the tags and constants that the tables declare.
     pub manifest: Manifest,
-    /// The tag tables with their numbers of tags and constants.
+    /// The tag tables, with their numbers of tags and constants.
     pub tables: Vec<(String, usize, usize)>,
 }
 
@@ -91,7 +91,7 @@ pub fn parts(manifest: &Manifest, sources: Vec<Source>, tables: Vec<(String, Tag
     Ok(parts)
 }
 
-/// Whether two declarations of a name differ in their comments at most.
+/// Whether two declarations of a name are equal apart from their comments.
 fn is_same(one: &Declared, other: &Declared) -> bool {
     match (one, other) {
         (Declared::Tag(one), Declared::Tag(other)) => {
@@ -101,7 +101,7 @@ fn is_same(one: &Declared, other: &Declared) -> bool {
     }
 }
 
-/// A source with the stubs that the manifest names and no source declares.
+/// A source with the stubs that the manifest names but no source declares.
 fn stubs(sources: &[Source], manifest: &Manifest) -> Option<Source> {
     if manifest.stubs.is_empty() {
         return None;

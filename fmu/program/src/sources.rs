@@ -1,4 +1,4 @@
-//! A program as C.
+//! A program as C source.
 
 use crate::table::Held;
 use crate::{Loaded, Program};
@@ -8,7 +8,8 @@ use fmu::sources::{self, Door, Of, Parts, TakesEffect};
 use std::sync::Arc;
 
 impl Loaded {
-    /// The FMU of the program as one file of C, for a version of FMI. `with_laws` adds the laws of this project's blocks, of which the program may have instances.
+    /// The program's FMU as one C file, for a version of FMI. `with_laws` adds the laws of the built-in blocks that the
+    /// program instantiates.
     ///
     /// # Errors
     /// A part of the program cannot be printed as C.

@@ -1,4 +1,4 @@
-//! A summary, as a table, of a program in a project's files, and of its missing parts.
+//! A summary, as a table, of the program in a project's files and of its missing parts.
 
 use crate::project::{self, Parts};
 use scl::{BlockKind, Survey};
@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The maximum number of names in a row.
 const MOST_NAMES: usize = 10;
 
-/// The kinds of blocks, in the order of the report.
+/// The block kinds, in the order of the report.
 const KINDS: [(BlockKind, &str, &str); 5] = [
     (BlockKind::OrganizationBlock, "organization block", "organization blocks"),
     (BlockKind::FunctionBlock, "function block", "function blocks"),
@@ -39,7 +39,7 @@ pub fn rows(parts: &Parts, rest: &str) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// A number of things.
+/// A count with its noun in singular or plural.
 pub fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
@@ -66,7 +66,7 @@ fn blocks(survey: &Survey, files: &[&str]) -> Vec<(&'static str, String)> {
     forms.into_iter().map(|(form, kinds)| (form, text(kinds))).collect()
 }
 
-/// The form of a source, by its ending.
+/// The format of a source, by its extension.
 fn form(file: &str) -> &'static str {
     match project::ending(file).as_str() {
         "xml" => "SimaticML",
@@ -76,7 +76,7 @@ fn form(file: &str) -> &'static str {
     }
 }
 
-/// The missing declarations, a line per kind.
+/// The missing declarations, one line per kind.
 fn missing(survey: &Survey, rest: &str) -> Vec<String> {
     let kinds: BTreeSet<&str> = survey.missing.iter().map(|(_, kind)| *kind).collect();
     let line = |kind: &str| {

@@ -1,4 +1,4 @@
-//! The table of a program: its variables as the host sees them.
+//! The table of a program: its variables as seen by the host.
 
 use blocks::table::number::{number, to_value};
 use blocks::{Class, Kind, Response, Role, Row, Table, Text, TextType, Time, Value};
@@ -8,7 +8,7 @@ use scl::ir::{Scalar, Type};
 use scl::{Compiled, Root};
 use std::collections::{HashMap, HashSet};
 
-/// The place of a row in the memory.
+/// The row's location in memory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RowMemory {
     pub ty: Scalar,
@@ -16,27 +16,27 @@ pub(crate) struct RowMemory {
     pub held: Held,
 }
 
-/// The place of a text in the memory.
+/// The text's location in memory.
 #[derive(Clone, Copy, Debug)]
 pub struct TextPlace {
-    /// Its offset, in bytes: the number of its characters in 16 bits, followed by the characters.
+    /// Its offset, in bytes. It begins with its 16-bit length in characters, followed by the characters.
     pub offset: usize,
     /// Its type; a character of a WSTRING has 16 bits, of a STRING 8.
     pub ty: TextType,
 }
 
 impl TextPlace {
-    /// The bytes of a character.
+    /// The size of a character, in bytes.
     fn width(self) -> usize {
         1 + usize::from(self.ty.is_wide)
     }
 
-    /// The bytes that it takes.
+    /// Its total size, in bytes.
     pub fn size(self) -> usize {
         2 + usize::from(self.ty.most) * self.width()
     }
 
-    /// The text in a memory.
+    /// Reads the text from memory.
     pub fn read(self, memory: &[u8]) -> String {
         let unit = |at: usize| match memory.get(at..) {
             Some([low, high, ..]) => u16::from_le_bytes([*low, *high]),
@@ -50,8 +50,7 @@ impl TextPlace {
         }
     }
 
-    /// Writes a text of at most [`TextType::most`] characters to the memory. The rest of the text's memory is left
-    /// unchanged.
+    /// Writes at most [`TextType::most`] characters to memory. The rest of the text's memory is left unchanged.
     pub fn write(self, memory: &mut [u8], units: &[u16]) {
         let length = units.len().min(self.ty.most.into());
         memory[self.offset..self.offset + 2].copy_from_slice(&(length as u16).to_le_bytes());
@@ -63,21 +62,21 @@ impl TextPlace {
     }
 }
 
-/// The variables that a host sees, and their places in the memory.
+/// The variables seen by the host, and their locations in memory.
 pub(crate) struct Shown {
     pub table: Table,
-    /// The place of each row but that of the cycle.
+    /// The location of each row except the cycle's.
     pub places: Vec<RowMemory>,
-    /// The place of each text.
+    /// The location of each text.
     pub texts: Vec<TextPlace>,
-    /// The place of the block's own CYCLE, if it has one.
+    /// The address of the block's own CYCLE, if it has one.
     pub own_cycle: Option<usize>,
 }
 
-/// Which value a row holds.
+/// The value that a row holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Held {
-    /// That of the program.
+    /// The program's value.
     Memory,
     /// The host's value before each call, for a variable that the program also writes.
     InOut,
@@ -85,19 +84,20 @@ pub(crate) enum Held {
     Start,
 }
 
-/// The maximum number of names in an error.
+/// The maximum number of names in an error message.
 const MOST_NAMES: usize = 20;
 
-/// This many inputs, and as many outputs, are recorded and drawn.
+/// The maximum number of inputs, and of outputs, that are recorded and plotted.
 const MOST_DRAWN: usize = 50;
 
 /// The name of the row that holds the time between two calls.
 const CYCLE: &str = "CYCLE";
 
-/// Builds the table of a program. A unit in a comment that `is_unit` does not know stays in the text.
+/// Builds the table of a program. If `is_unit` does not know the unit in a comment, the unit is kept in the
+/// description.
 ///
 /// # Errors
-/// The manifest contains a name that the program does not have, or makes a text an input that the program writes.
+/// The manifest contains a name that the program does not have, or makes an input of a text that the program writes.
 pub(crate) fn build(
     manifest: &Manifest,
     compiled: &Compiled,
@@ -180,7 +180,7 @@ pub(crate) fn build(
     Ok(Shown { table, places, texts: text_places, own_cycle })
 }
 
-/// The recorded run: of all inputs and outputs, or of the first of each where a picture of all would show nothing.
+/// The recorded run: all inputs and outputs, or only the first ones if a plot of all would be unreadable.
 fn response(rows: &[Row]) -> Response<String> {
     let at_rest = Response::from(&Response::AT_REST);
     let of = |role: Role| rows.iter().filter(move |row| row.role == role).map(|row| row.name.clone());
@@ -192,11 +192,11 @@ fn response(rows: &[Row]) -> Response<String> {
     Response { title, show, ..at_rest }
 }
 
-/// The names that are taken.
+/// The names in use.
 struct Names(HashSet<String>);
 
 impl Names {
-    /// The name that a variable gets: a tag may be called as a variable of the block.
+    /// A unique name for a variable: a tag may have the same name as a variable of the block.
     fn free(&mut self, mut name: String) -> String {
         while !self.0.insert(name.clone()) {
             name.insert_str(0, "PLC.");
@@ -205,7 +205,7 @@ impl Names {
     }
 }
 
-/// A text as a host sees it. An in-out text is a local: the host's value would not be the program's.
+/// A text as seen by the host. An in-out text is a local: the host's value would not be the program's.
 fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) -> Result<Text, String> {
     let is_written = matches!(of.role, interface::Role::InOut | interface::Role::Local);
     let role = match role {
@@ -216,22 +216,22 @@ fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) ->
             ));
         }
         Role::Input if is_written => Role::Local,
-        // modelDescription.xml cannot hold it.
+        // modelDescription.xml cannot represent such a start value.
         role if role.is_settable() && start.chars().any(char::is_control) => Role::Local,
         role => role,
     };
     Ok(Text { name: name.into(), description: of.comment.text.clone(), role, start: start.into(), ty: place.ty })
 }
 
-/// A name as an option may have it: capitals and small letters alike, with quotes, apostrophes or without.
+/// A name in the form used to compare it with options: in upper case, without quotes and apostrophes.
 fn spelled(name: &str) -> String {
     name.replace(['"', '\''], "").to_uppercase()
 }
 
-/// The roles that the manifest assigns to variables, by their numbers.
+/// The roles that the manifest assigns to variables, by variable index.
 ///
 /// # Errors
-/// A name that the program does not have.
+/// The program does not have a name.
 fn chosen(manifest: &Manifest, root: &Root, variables: &[&Variable]) -> Result<HashMap<usize, Role>, String> {
     use interface::Role::{Input, Local, Parameter};
     let mut chosen = HashMap::new();
@@ -270,7 +270,7 @@ fn kind(of: &str) -> Option<Kind> {
     }
 }
 
-/// The role of a variable without a role in the manifest.
+/// The role of a variable for which the manifest specifies none.
 fn role(of: interface::Role) -> Role {
     match of {
         interface::Role::Input | interface::Role::InOut => Role::Input,
@@ -306,7 +306,7 @@ fn row(name: &str, variable: &Variable, role: Role, start: Value, is_unit: fn(&s
     let is_inside =
         min.is_none_or(|min| number(min) <= number(start)) && max.is_none_or(|max| number(start) <= number(max));
     if !is_inside {
-        // A CPU starts with a value outside the range, too; FMI requires it inside.
+        // A CPU also accepts a start value outside the range; FMI does not.
         let shown = |bound: Option<Value>| bound.map_or_else(|| "...".into(), |bound| format!("{:?}", number(bound)));
         add(format!("range {} to {}, without the start value", shown(min), shown(max)));
         (min, max) = (None, None);
@@ -332,7 +332,7 @@ fn suffixed(name: &str, suffix: &str) -> String {
     format!("{}{suffix}{}", &name[..end], &name[end..])
 }
 
-/// An identifier of C: other characters become underscores.
+/// A C identifier: other characters become underscores.
 pub(crate) fn identifier(name: &str) -> String {
     let mut identifier: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !identifier.starts_with(|c: char| c.is_ascii_alphabetic()) {

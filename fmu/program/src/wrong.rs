@@ -1,21 +1,22 @@
-//! The reasons why there is no program to run.
+//! The reasons why a program cannot be run.
 
 use parameters::{Problems, problem};
 use std::fmt;
 
-/// The reason why there is no program to run.
+/// The reason why a program cannot be run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wrong {
     /// Errors in the sources.
     Sources(Vec<Problems>),
-    /// No block is called by no other, or several are. Nothing else is wrong with the sources.
+    /// The block to run is not determined: none or several are not called by another block, or the only one cannot run
+    /// on its own. The sources are otherwise correct.
     Choice {
-        /// The names of those.
+        /// The names of the candidate blocks.
         blocks: Vec<String>,
         /// Warnings for the author.
         warnings: Vec<Problems>,
     },
-    /// Anything else, in a sentence.
+    /// Anything else, as a sentence.
     Other(String),
 }
 

@@ -1,7 +1,8 @@
 
 /* --- Calls ------------------------------------------------------------------------------------------------------------ */
 
-/* Tells the host, if it wants to know: "FUNCTION: message", in which # begins the reference to a variable and is doubled. */
+/* Logs "FUNCTION: message" if the host has selected the category. A # is doubled, since it would start a reference to a
+   variable. */
 static void plcfmu_tell(plcfmu_component_t *c, int function, plcfmu_status_t status) {
     static const int bits[] = {PLCFMU_ADVICE, PLCFMU_ERROR, PLCFMU_DISCARD, PLCFMU_ERROR, PLCFMU_FATAL, PLCFMU_ERROR};
     char text[2 * PLCFMU_LONGEST + 64];
@@ -33,7 +34,7 @@ static void plcfmu_tell(plcfmu_component_t *c, int function, plcfmu_status_t sta
     c->text.text[0] = '\0';
 }
 
-/* Refuses a function in the present state. */
+/* Refuses a function in the current state. */
 static plcfmu_status_t plcfmu_not_now(plcfmu_component_t *c, int function) {
     const size_t count = sizeof plcfmu_state_names / sizeof plcfmu_state_names[0];
     const char *name = "";
@@ -49,7 +50,7 @@ static plcfmu_status_t plcfmu_not_now(plcfmu_component_t *c, int function) {
     return plcfmu_say_not_now(&c->text, name, allowed.text);
 }
 
-/* Whether a function may be called now. */
+/* Checks that a function may be called now. */
 static plcfmu_status_t plcfmu_enter(plcfmu_component_t *c, int function) {
     if (c == NULL) {
         return PLCFMU_REFUSED;
@@ -57,7 +58,7 @@ static plcfmu_status_t plcfmu_enter(plcfmu_component_t *c, int function) {
     return plcfmu_functions[function].states & c->instance.state ? PLCFMU_OK : plcfmu_not_now(c, function);
 }
 
-/* What a function answers; a refusal is logged. */
+/* Returns the status of a function, after logging a refusal or advice. */
 static plcfmu_status_t plcfmu_leave(plcfmu_component_t *c, int function, plcfmu_status_t status) {
     if (c != NULL && (status != PLCFMU_OK || c->text.length > 0)) {
         plcfmu_tell(c, function, status);
@@ -65,7 +66,7 @@ static plcfmu_status_t plcfmu_leave(plcfmu_component_t *c, int function, plcfmu_
     return status;
 }
 
-/* Whether an array of the host can be read. */
+/* Checks that an array of the host can be accessed. */
 static plcfmu_status_t plcfmu_array(plcfmu_text_t *text, const void *array, size_t count, size_t size, const char *name) {
     if (array == NULL && count > 0) {
         return plcfmu_say_no_elements(text, name, count);
@@ -77,7 +78,7 @@ static plcfmu_status_t plcfmu_target(plcfmu_text_t *text, const void *target, co
     return target != NULL ? PLCFMU_OK : plcfmu_say_no_target(text, name);
 }
 
-/* What a function does: what it answers where it is allowed. */
+/* The body of a function: checks the state, evaluates the answer, logs and returns the status. */
 #define PLCFMU_ANSWER(name, answer)                                       \
     plcfmu_component_t *c = (plcfmu_component_t *)instance;               \
     plcfmu_status_t status = plcfmu_enter(c, PLCFMU_OF_##name);           \

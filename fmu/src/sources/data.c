@@ -1,19 +1,19 @@
 
 /* ------------------------------------------------------------------------------------------------------------------------
-   The door: FMI over the program and the table above. The same in every FMU. It does what the library does that plcfmu
-   packs; docs/c_sources.md of plcfmu has the table of differences. */
+   The door: FMI for the program and the table above, identical in every FMU. It behaves like the library packed by
+   plcfmu; docs/c_sources.md in plcfmu lists the differences. */
 
 #if defined(__BYTE_ORDER__) && defined(__ORDER_LITTLE_ENDIAN__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
 #error "saved states have the bytes of a little endian machine, and this one is none"
 #endif
 
-/* Fails to compile if the compiler lays the memory out in another way than the table says. */
+/* Fails to compile if the compiler's memory layout differs from the table's. */
 typedef char plcfmu_memory_is_laid_out_as_in_the_table[sizeof(memory_t) == PLCFMU_MEMORY ? 1 : -1];
 
-/* The largest message. */
+/* The maximum size of a message, in bytes. */
 #define PLCFMU_LONGEST 700
 
-/* How many time derivatives of an input can be given. */
+/* The number of time derivatives that an input can have. */
 #define PLCFMU_ORDERS 4
 
 /* --- Numbers and their bits -------------------------------------------------------------------------------------------- */
@@ -44,7 +44,7 @@ static u64_t plcfmu_bits_f64(double number) {
 
 static double plcfmu_abs_f64(double number) { return plcfmu_f64_of(plcfmu_bits_f64(number) & 0x7FFFFFFFFFFFFFFFull); }
 
-/* To the nearest whole number, ties to even; from 2^52 on every number is whole. */
+/* Rounds to the nearest whole number, ties to even; from 2^52 on, every number is whole. */
 static double plcfmu_round_f64(double number) {
     if (!(number > -4503599627370496.0 && number < 4503599627370496.0)) {
         return number;
@@ -53,12 +53,13 @@ static double plcfmu_round_f64(double number) {
                         : (number + 4503599627370496.0) - 4503599627370496.0;
 }
 
-/* The whole part of a small number above 0. */
+/* The whole part of a small positive number. */
 static double plcfmu_floor_f64(double number) { return (double)(i64_t)number; }
 
 /* --- Data ------------------------------------------------------------------------------------------------------------- */
 
-/* The states that an instance can be in. A step is refused before it begins or runs to its end, so there are no others. */
+/* The states of an instance. A step is either refused before it begins or runs to completion, so there are no others.
+   */
 enum {
     PLCFMU_INSTANTIATED = 1, PLCFMU_INITIALIZATION = 2, PLCFMU_STEP_COMPLETE = 4, PLCFMU_TERMINATED = 8, PLCFMU_EVENT_MODE = 32
 };
@@ -71,28 +72,28 @@ static const char *const plcfmu_categories[] = {"logStatusError", "logStatusDisc
 /* The program with its memory. */
 typedef struct {
     memory_t memory;
-    i64_t calls;               /* since the restart */
-    i64_t set[PLCFMU_ROWS];    /* what the host has set of variables that are held; start values of the others */
-    i32_t cycle;               /* milliseconds; a block has it in its memory */
-    char stopped[PLCFMU_LONGEST]; /* why the program has stopped, or nothing */
+    i64_t calls;               /* number of calls since the restart */
+    i64_t set[PLCFMU_ROWS];    /* values set by the host for variables that are held; start values of the others */
+    i32_t cycle;               /* milliseconds; a block has it in memory */
+    char stopped[PLCFMU_LONGEST]; /* why the program has stopped, or empty */
 } plcfmu_block_t;
 
 /* The time. Positions are milliseconds since the start. */
 typedef struct {
     double start;   /* s */
     double stop;    /* s; infinite without a stop time */
-    double cycle;   /* between two calls: whole milliseconds */
+    double cycle;   /* time between two calls: whole milliseconds */
     i64_t next;   /* the number of the next call */
     i64_t tick;   /* the present time is tick * cycle + offset */
     double offset;
-    double end;     /* of the last step, s, as the host gave it; the furthest end */
+    double end;     /* end of the last step, s, as the host passed it; the furthest end */
     double since;   /* the sum of all steps, s, as a host would add them up */
 } plcfmu_clock_t;
 
-/* An input that is extrapolated within a step. */
+/* An input extrapolated within a step. */
 typedef struct {
     u32_t row;
-    double value; /* its own value, while a step replaces it */
+    double value; /* its own value, saved while a step replaces it */
     double derivatives[PLCFMU_ORDERS];
 } plcfmu_extrapolation_t;
 
@@ -114,31 +115,31 @@ typedef struct plcfmu_saved {
     int taken;
 } plcfmu_saved_t;
 
-/* A message that is written piece by piece. What is too long is cut. */
+/* A message written piece by piece. Excess text is cut off. */
 typedef struct {
     size_t length;
     char text[PLCFMU_LONGEST];
 } plcfmu_text_t;
 
-/* What the pointer of a host points to. */
+/* The object behind the host's instance pointer. */
 typedef struct {
     plcfmu_instance_t instance;
-    plcfmu_block_t other; /* a block to compute with beside that of the instance */
+    plcfmu_block_t other; /* a scratch block, in addition to the instance's */
     memory_t before;      /* the memory before a call */
     plcfmu_saved_t *saved;
     plcfmu_logger_t logger;
     void *environment;
     char name[256];
-    i64_t ordinary_below; /* ticks: up to here a step of one CYCLE from where the last one ended is known to be ordinary */
-    double period;        /* of the clock, s */
+    i64_t ordinary_below; /* up to this tick, a step of one CYCLE from the last end is known to be ordinary */
+    double period;        /* the clock's CYCLE, s */
     int has_events;       /* calls are events that the host handles between steps */
-    int may_return_early; /* a step may end at a call */
+    int may_return_early; /* a step may end early at a call */
     int logged;
     int is_step_advised;
     int is_conversion_advised;
     plcfmu_text_t text;
 #ifdef PLCFMU_TEXTS
-    char given[PLCFMU_TEXT_BYTES]; /* the texts that a host was given, in UTF-8 */
+    char given[PLCFMU_TEXT_BYTES]; /* the texts returned to the host, in UTF-8 */
 #endif
     int taken;
 } plcfmu_component_t;
@@ -149,7 +150,7 @@ typedef struct {
 #define PLCFMU_C PLCFMU_STEP_COMPLETE
 #define PLCFMU_T PLCFMU_TERMINATED
 
-/* A function on a component, and the states in which it is allowed. */
+/* A function on a component and the states in which it is allowed. */
 typedef struct {
     const char *name;
     int states;

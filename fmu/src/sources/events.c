@@ -1,13 +1,13 @@
 
 /* --- Calls as events, which the host handles between steps -------------------------------------------------------------- */
 
-/* By how many milliseconds times may differ from the present one and still be the same. */
+/* The tolerance, in milliseconds, within which times count as equal to the current one. */
 static double plcfmu_same(const plcfmu_clock_t *clock) {
     return PLCFMU_SAME * clock->cycle
            + PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * plcfmu_largest(plcfmu_abs_f64(clock->end), plcfmu_abs_f64(clock->start));
 }
 
-/* Whether the next call is due at the present time, but for rounding. */
+/* Whether the next call is due at the current time, within rounding. */
 static int plcfmu_is_due(const plcfmu_clock_t *clock) {
     return (double)(clock->next - clock->tick) * clock->cycle - clock->offset <= plcfmu_same(clock);
 }
@@ -17,7 +17,7 @@ static double plcfmu_next_call(const plcfmu_clock_t *clock) {
     return clock->start + (double)clock->next * clock->cycle / 1000.0;
 }
 
-/* Makes the call that is due at the present time, if it was not made yet. */
+/* Makes the call that is due at the current time, if it has not been made yet. */
 static plcfmu_status_t plcfmu_handle_event(plcfmu_component_t *c) {
     plcfmu_clock_t *clock = &c->instance.clock;
     plcfmu_block_t *block = &c->instance.block;
@@ -33,7 +33,8 @@ static plcfmu_status_t plcfmu_handle_event(plcfmu_component_t *c) {
     return plcfmu_check_running(c);
 }
 
-/* Makes a step that ends at the next call after those that are due at its begin, if it may and there is one; says where it ends. */
+/* Makes a step. If early return is allowed and a call follows those due at the start, the step ends at that call.
+   Returns the end of the step. */
 static plcfmu_status_t plcfmu_step_between_events(plcfmu_component_t *c, double tc, double h, double *end, int *is_early) {
     plcfmu_clock_t clock = c->instance.clock;
     *end = tc + h;

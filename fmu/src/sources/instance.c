@@ -1,14 +1,15 @@
 
-/* --- What hosts ask of an instance, whatever the version of FMI ---------------------------------------------------------- */
+/* --- What hosts request of an instance, in any version of FMI ----------------------------------------------------------- */
 
-/* What is not inlined: a control cycle does not go there, and need not save the registers that it takes. */
+/* Marks functions that must not be inlined: a control cycle does not call them and need not save the registers they
+   use. */
 #if defined(__GNUC__)
 #define PLCFMU_APART __attribute__((noinline))
 #else
 #define PLCFMU_APART
 #endif
 
-/* All that follows of an instance that is new or reset. */
+/* Sets up the instance when it is new or reset. */
 static void plcfmu_fresh(plcfmu_component_t *c) {
     memset(&c->instance, 0, sizeof c->instance);
     plcfmu_start(&c->instance.block);
@@ -27,7 +28,7 @@ static plcfmu_status_t plcfmu_go(plcfmu_component_t *c, int state) {
     return PLCFMU_OK;
 }
 
-/* A component without an instance; NULL, with a message, if there is no memory. */
+/* Creates a component whose instance is not set up; logs a message and returns NULL if there is no memory. */
 static plcfmu_component_t *plcfmu_make(const char *name, plcfmu_logger_t logger, void *environment) {
     plcfmu_component_t *c = plcfmu_new_component();
     size_t length = name == NULL ? 0 : strlen(name);
@@ -51,7 +52,8 @@ static plcfmu_status_t plcfmu_check_name(plcfmu_component_t *c, const char *name
     return name == NULL || name[0] == '\0' ? plcfmu_say_no_name(&c->text) : PLCFMU_OK;
 }
 
-/* Begins with the start values, unless the identifier, which the standard calls `what`, is that of another FMU. */
+/* Sets up the instance with the start values, unless the identifier, called `what` in the standard, belongs to another
+   FMU. */
 static plcfmu_status_t plcfmu_begin(plcfmu_component_t *c, const char *what, const char *identifier) {
     if (identifier == NULL || strcmp(identifier, PLCFMU_GUID) != 0) {
         plcfmu_text_t given = {0, {0}};
@@ -70,7 +72,7 @@ static plcfmu_status_t plcfmu_begin(plcfmu_component_t *c, const char *what, con
     return PLCFMU_OK;
 }
 
-/* The component, or NULL if it was refused. */
+/* Returns the component, or frees it and returns NULL if it was refused. */
 static plcfmu_component_t *plcfmu_made(plcfmu_component_t *c, plcfmu_status_t status, int logging_on) {
     if (plcfmu_leave(c, PLCFMU_INSTANTIATE, status) != PLCFMU_OK) {
         plcfmu_free_component(c);
@@ -163,7 +165,7 @@ static plcfmu_status_t plcfmu_set_state(plcfmu_component_t *c, void *state) {
     return PLCFMU_OK;
 }
 
-/* Frees a saved state and sets it to NULL. NULL is left alone. */
+/* Frees a saved state and sets the pointer to NULL. Does nothing for NULL. */
 static plcfmu_status_t plcfmu_drop_state(plcfmu_component_t *c, void **state) {
     plcfmu_saved_t **link, *saved;
     if (plcfmu_target(&c->text, state, PLCFMU_STATE_NAME) != PLCFMU_OK) {
@@ -212,7 +214,7 @@ static plcfmu_status_t plcfmu_deserialize_state(plcfmu_component_t *c, const voi
         || plcfmu_target(&c->text, state, PLCFMU_STATE_NAME) != PLCFMU_OK) {
         return PLCFMU_REFUSED;
     }
-    /* What is refused changes nothing: it is read to a state of its own, which takes the place of the old one. */
+    /* A refused call changes nothing: the bytes are read into a separate state, which then replaces the old one. */
     is_new = *state == NULL;
     if (!is_new && plcfmu_find(c, *state, &link) == NULL) {
         return PLCFMU_REFUSED;

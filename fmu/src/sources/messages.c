@@ -32,7 +32,7 @@ static void plcfmu_say_size(plcfmu_text_t *text, size_t count) {
     }
 }
 
-/* A text of the host, cut if it is long, without line breaks. */
+/* A string from the host, truncated if it is long, with line breaks escaped. */
 static void plcfmu_say_quoted(plcfmu_text_t *text, const char *given) {
     static const char hex[] = "0123456789abcdef";
     size_t i;
@@ -56,7 +56,7 @@ static void plcfmu_say_quoted(plcfmu_text_t *text, const char *given) {
     plcfmu_say(text, given[i] == '\0' ? "\"" : "...\"");
 }
 
-/* Numbers of 1280 bits, enough for all digits of a double. */
+/* 1280-bit numbers, enough for all digits of a double. */
 #define PLCFMU_LIMBS 40
 typedef struct {
     u32_t limbs[PLCFMU_LIMBS];
@@ -101,7 +101,8 @@ static int plcfmu_big_compare(const plcfmu_big_t *a, const plcfmu_big_t *b) {
     return 0;
 }
 
-/* The shortest digits that give the number back, which is finite and above 0. It is 0.DIGITS * 10^(the result). */
+/* The shortest digits that uniquely identify the number, which must be finite and positive: number = 0.DIGITS *
+   10^result. */
 static int plcfmu_digits(double number, char *digits) {
     u64_t bits, mantissa;
     int exponent, is_even, power, low = 0, high = 0;
@@ -112,7 +113,8 @@ static int plcfmu_digits(double number, char *digits) {
     mantissa |= exponent > 0 ? 0x10000000000000ull : 0u;
     exponent = (exponent > 0 ? exponent : 1) - 1075;
     is_even = (mantissa & 1u) == 0;
-    /* The number is rest / scale, and half of the distance to the next one above / scale, to the last one below / scale. */
+    /* The number is rest / scale; half the distance to the next higher one is above / scale, to the next lower one
+       below / scale. */
     rest.limbs[0] = (u32_t)mantissa;
     rest.limbs[1] = (u32_t)(mantissa >> 32);
     scale.limbs[0] = above.limbs[0] = 1;
@@ -121,7 +123,7 @@ static int plcfmu_digits(double number, char *digits) {
     plcfmu_big_power(&scale, 2, exponent > 0 ? 1 : 1 - exponent);
     below = above;
     if (mantissa == 0x10000000000000ull && exponent > -1074) {
-        /* Below a power of 2 the numbers are twice as dense. */
+        /* Below a power of 2, doubles are twice as dense. */
         plcfmu_big_times(&rest, 2);
         plcfmu_big_times(&scale, 2);
         plcfmu_big_times(&above, 2);
@@ -166,7 +168,7 @@ static int plcfmu_digits(double number, char *digits) {
     return power;
 }
 
-/* A number as short as it can be: 0.1, 5.0, 1e300; without the ".0" if it is `plain`. */
+/* A number with as few digits as possible: 0.1, 5.0, 1e300; without ".0" if `plain`. */
 static void plcfmu_say_number(plcfmu_text_t *text, double number, int plain) {
     char digits[32], one[2] = {0, 0};
     int count, power, i;
@@ -207,7 +209,7 @@ static void plcfmu_say_number(plcfmu_text_t *text, double number, int plain) {
     plcfmu_say(text, count <= power && !plain ? ".0" : "");
 }
 
-/* Refuses with a sentence that is finished. */
+/* Refuses with a complete sentence. */
 static plcfmu_status_t plcfmu_refuse(plcfmu_text_t *text, const char *sentence) {
     plcfmu_say(text, sentence);
     return PLCFMU_REFUSED;

@@ -1,8 +1,8 @@
-//! An FMU as one C file: the code it calls, its table, and the door, which is written by hand, beside this file and in
-//! the folders of the versions.
+//! An FMU as one C file: the code it calls, its table, and the door, which is handwritten, next to this file and in the
+//! folders of the FMI versions.
 //!
-//! The code it calls is already C: `memory_t`, `call_t`, a function `start`, and one for a call. The door keeps the
-//! same promises as the library in Rust, and a self-test compares both: the hash of a tape of calls is in the file.
+//! The code it calls is already C: `memory_t`, `call_t`, a function `start`, and one for a call. The door behaves like
+//! the Rust library, and a self-test compares the two: the file contains the hash of a tape of calls.
 
 use crate::cyclic::Cyclic;
 use crate::layout::{Layout, Referent};
@@ -13,10 +13,10 @@ use blocks::table::number::{number, to_value};
 use blocks::{Class, Kind, Role, Row, Text};
 use std::fmt::Write;
 
-/// What sentences are made of.
+/// The functions that compose messages.
 const PIECES: &str = include_str!("messages.c");
 
-/// The parts of every door, in order, after what a version calls things, which functions it has, and what it says.
+/// The parts of every door, in order, after a version's names, functions and messages.
 const DOOR: [&str; 5] = [
     include_str!("calls.c"),
     include_str!("values.c"),
@@ -25,7 +25,7 @@ const DOOR: [&str; 5] = [
     include_str!("variables.c"),
 ];
 
-/// Data, between both.
+/// The door's data types, between a version's names and its functions.
 const DATA: &str = include_str!("data.c");
 
 /// The code for texts, or for their absence.
@@ -42,26 +42,26 @@ pub(crate) const EVENTS: &str = include_str!("events.c");
 pub struct Door {
     /// The standard with its version.
     pub standard: &'static str,
-    /// The name under which the file includes the standard's header.
+    /// The name of the standard's header in the `#include` line.
     pub header_name: &'static str,
-    /// A header with the declarations of the standard that the file needs, for users without the original. It is not
-    /// for FMUs, where it would precede the host's.
+    /// A header with the standard's declarations that the file needs, for users without the original. It is not packed
+    /// into FMUs, where it would shadow the host's.
     pub header: &'static str,
-    /// The macro with the prefix of the functions' names.
+    /// The macro that holds the function name prefix.
     pub(crate) prefix: &'static str,
-    /// The version's names for definitions used in the rest of the file.
+    /// The version's definitions of names used in the rest of the file.
     pub(crate) names: &'static str,
     /// Its functions with the states in which they are allowed.
     pub(crate) table: &'static [Function],
-    /// What it says beside what all say.
+    /// Its messages, in addition to the shared ones.
     pub(crate) messages: &'static [Message],
-    /// Its functions, after all others.
+    /// Its functions, which come last.
     pub(crate) functions: [&'static str; 2],
     /// Its types.
     pub(crate) types: &'static [&'static str],
     /// Selects the type of a variable.
     pub(crate) type_of: fn(&Row) -> &'static str,
-    /// Whether an array is one variable.
+    /// Whether an array is a single variable.
     pub(crate) has_arrays: bool,
     /// Whether a host can query the dependencies of a variable.
     pub(crate) has_dependencies: bool,
@@ -69,18 +69,18 @@ pub struct Door {
     pub(crate) token: fn(u128) -> u128,
 }
 
-/// The calls of the self-test.
+/// The number of calls in the self-test.
 const CALLS: u32 = 256;
 
 /// When a value set by the host is passed to a variable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TakesEffect {
-    /// At once.
+    /// Immediately.
     #[default]
     AtOnce,
-    /// Before each call, because the program writes it, too.
+    /// Before each call, because the program writes the variable, too.
     EachCall,
-    /// At the start, because it keeps its value in a power failure.
+    /// At the start, because the variable retains its value during a power failure.
     AtStart,
 }
 
@@ -99,42 +99,42 @@ pub struct Parts<'a> {
     pub hash: u128,
     /// The code it calls, as C.
     pub law: &'a str,
-    /// The name of the function of a call.
+    /// The name of the function that makes a call.
     pub call: &'a str,
-    /// The address of each variable in the memory, in bytes, and when it receives the value set by the host; arbitrary
-    /// for a program's cycle.
+    /// The address of each variable in memory, in bytes, and when it receives the value set by the host; arbitrary for
+    /// a program's cycle.
     pub places: &'a [(usize, TakesEffect)],
     /// The variables and texts that are elements of arrays.
     pub layout: Option<&'a Layout>,
-    /// Its texts, with the address of each in the memory and its size in bytes.
+    /// Its texts, each with its address in memory and its size in bytes.
     pub texts: &'a [(Text, usize, usize)],
     /// The size of the memory in bytes.
     pub memory: usize,
-    /// The number of calls of the self-test, and the hash of their results: see [`tape`].
+    /// The number of calls in the self-test and the hash of their results: see [`tape`].
     pub tape: (u32, u128),
-    /// The parts that depend on the kind.
+    /// The parts that depend on the kind of code.
     pub of: Of<'a>,
 }
 
 /// The kind of code that is called.
 #[derive(Debug)]
 pub enum Of<'a> {
-    /// A program, which begins with its start values.
+    /// A program, which starts with its start values.
     Program {
-        /// The name of the function that is called once at the start.
+        /// The name of the function called once at the start.
         startup: Option<&'a str>,
-        /// The place of its own time between two calls.
+        /// The address of its own variable for the time between two calls.
         own_cycle: Option<usize>,
-        /// The sources, for messages.
+        /// The source files, for messages.
         files: &'a [String],
-        /// The most statements in a call.
+        /// The maximum number of statements in a call.
         budget: u32,
     },
-    /// A block, which has the time between two calls in its memory.
+    /// A block, whose memory contains the time between two calls.
     Block {
-        /// The name of the function of the restart.
+        /// The name of the restart function.
         restart: &'a str,
-        /// The addresses of the pulse's mean and of the pulse, and the name of the function that writes the latter.
+        /// The addresses of the pulse's mean and of the pulse, and the name of the function that writes the pulse.
         mean: Option<(usize, usize, &'a str)>,
         /// The check of the settings.
         check: Option<Check<'a>>,
@@ -143,33 +143,33 @@ pub enum Of<'a> {
     },
 }
 
-/// The check with which a block refuses settings.
+/// The check by which a block refuses settings.
 #[derive(Debug)]
 pub struct Check<'a> {
     /// The name of the function that makes the check.
     pub call: &'a str,
-    /// The address of the message number: from 1, or 0 for none.
+    /// The address of the message number, starting at 1; 0 for none.
     pub refusal: usize,
-    /// The address of the numbers in the message, consecutive binary64 values.
+    /// The address of the numbers in the message, which are consecutive binary64 values.
     pub numbers: usize,
-    /// The messages. The characters 1 (whole numbers without ".0") and 2 are placeholders for numbers.
+    /// The messages. The characters 1 (omits ".0" of whole numbers) and 2 are placeholders for numbers.
     pub messages: &'a [String],
 }
 
 /// A number in a saved state.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// Its name, for readers.
+    /// Its name, for human readers.
     pub name: String,
-    /// Its address in the memory, in bytes.
+    /// Its address in memory, in bytes.
     pub offset: usize,
     /// Its size in bytes.
     pub size: usize,
-    /// It is 0 or 1.
+    /// Whether it can only be 0 or 1.
     pub is_truth: bool,
 }
 
-/// The file.
+/// Returns the C file.
 pub fn file(parts: &Parts) -> String {
     let Parts { name, door, .. } = parts;
     let Door { standard, header_name, prefix, .. } = door;
@@ -214,7 +214,7 @@ pub fn file(parts: &Parts) -> String {
     text
 }
 
-/// The functions with the states in which they are allowed, from the table of the library.
+/// Appends the functions with the states in which they are allowed, from the library's table.
 fn functions(text: &mut String, functions: &[Function]) {
     let names: Vec<String> = functions.iter().map(|function| format!("PLCFMU_OF_{}", &function.name[4..])).collect();
     let states = |function: &Function| {
@@ -238,7 +238,7 @@ fn functions(text: &mut String, functions: &[Function]) {
     text.push_str("};\n");
 }
 
-/// The sentences of which the rest of the file makes use, each as a function, which answers what a refused call does.
+/// Appends the messages used in the rest of the file, each as a function that returns the status of a refused call.
 fn messages(text: &mut String, own: &[Message], rest: &str) {
     for Message { name, arguments, text: sentence } in messages::ALL.iter().chain(own) {
         if !rest.contains(&format!("plcfmu_say_{name}(")) {
@@ -345,7 +345,7 @@ fn table(parts: &Parts) -> String {
     text
 }
 
-/// The reasons why a block refuses settings.
+/// Appends the reasons why a block refuses settings.
 fn refusals(text: &mut String, check: &Check) {
     let _ =
         writeln!(text, "#define PLCFMU_CHECK {} /* refuses settings with which the block cannot run */", check.call);
@@ -360,7 +360,7 @@ fn refusals(text: &mut String, check: &Check) {
     let _ = writeln!(text, "static const char *const plcfmu_refusals[] = {{\n{}}};", messages.concat());
 }
 
-/// The contents of a saved state.
+/// Appends the contents of a saved state.
 fn saved(text: &mut String, fields: &[Field]) {
     text.push_str(
         "
@@ -380,7 +380,7 @@ static const plcfmu_field_t plcfmu_fields[] = {
     text.push_str("};\n");
 }
 
-/// The PLC types.
+/// Appends the PLC types.
 fn kinds(text: &mut String) {
     let constants: Vec<String> = Kind::ALL.iter().map(|kind| format!("PLCFMU_{}", kind.name())).collect();
     let _ = writeln!(text, "\n/* The PLC types. */");
@@ -398,13 +398,13 @@ static const plcfmu_kind_t plcfmu_kinds[] = {
 ",
     );
     for kind in Kind::ALL {
-        // Up to here all integers are numbers of binary64.
+        // Up to this value, binary64 represents every integer.
         let exact = 1_i128 << 53;
         let (low, high) = match kind {
             Kind::Word => (-32768, 65535),
             Kind::Int => (-32768, 32767),
             Kind::Bool => (0, 1),
-            // It may be given as a signed number, too.
+            // It may also be given as a signed number.
             Kind::DWord => (i32::MIN.into(), u32::MAX.into()),
             kind => kind.whole().map_or((0, 0), |(low, high)| (low.max(-exact), high.min(exact))),
         };
@@ -414,7 +414,7 @@ static const plcfmu_kind_t plcfmu_kinds[] = {
     text.push_str("};\n");
 }
 
-/// The variables.
+/// Appends the variables.
 fn rows(text: &mut String, parts: &Parts) {
     text.push_str(
         "
@@ -463,7 +463,7 @@ static const plcfmu_row_t plcfmu_rows[] = {
     );
 }
 
-/// The variables of value references, and the dependencies of outputs.
+/// Appends the variables of value references and the dependencies of outputs.
 fn references(text: &mut String, parts: &Parts) {
     let Parts { door, variables, layout, .. } = parts;
     let layout = layout.filter(|_| door.has_arrays);
@@ -519,7 +519,7 @@ typedef struct {{
     }
 }
 
-/// Lists of numbers, one after the other, and the place of each; `instead` is the place of an empty one.
+/// Appends lists of numbers, concatenated, with the position of each; `instead` returns the position for an empty list.
 fn lists(
     text: &mut String,
     of: &str,
@@ -536,14 +536,14 @@ fn lists(
     }
     let mut all: Vec<String> = lists.iter().flatten().map(u32::to_string).collect();
     if all.is_empty() {
-        // C has no array without elements.
+        // C has no empty arrays.
         all.push("0".into());
     }
     let lines: Vec<String> = all.chunks(24).map(|line| line.join(", ")).collect();
     let _ = writeln!(text, "}};\nstatic const u32_t {list}[] = {{\n    {}\n}};", lines.join(",\n    "));
 }
 
-/// The texts.
+/// Appends the texts.
 fn texts(text: &mut String, texts: &[(Text, usize, usize)]) {
     let _ = writeln!(text, "\n#define PLCFMU_TEXT_COUNT {}u", texts.len());
     if texts.is_empty() {
@@ -561,7 +561,7 @@ fn texts(text: &mut String, texts: &[(Text, usize, usize)]) {
             of.ty.most,
             u8::from(of.ty.is_wide),
         );
-        // A character of UTF-16 has at most three bytes in UTF-8, one of ISO 8859-1 two.
+        // A UTF-16 code unit takes at most three bytes in UTF-8, an ISO 8859-1 character two.
         given += usize::from(of.ty.most) * (2 + usize::from(of.ty.is_wide)) + 1;
     }
     let _ = write!(
@@ -587,7 +587,7 @@ static const plcfmu_text_row_t plcfmu_text_rows[] = {{
     );
 }
 
-/// A role as C has it.
+/// The role as spelled in C.
 fn word(role: Role) -> &'static str {
     match role {
         Role::Input => "INPUT",
@@ -599,14 +599,14 @@ fn word(role: Role) -> &'static str {
     }
 }
 
-/// A text as C has it.
+/// The text as a C string literal.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for byte in text.bytes() {
         match byte {
             b'"' | b'\\' => quoted.extend(['\\', char::from(byte)]),
             b' '..=b'~' => quoted.push(char::from(byte)),
-            // Three digits, so that a following digit is not taken as part of it.
+            // Three digits, so that a following digit is not taken as part of the escape.
             other => {
                 let _ = write!(quoted, "\\{other:03o}");
             }
@@ -616,14 +616,14 @@ fn quoted(text: &str) -> String {
     quoted
 }
 
-/// Whether the self-test draws a variable.
+/// Whether the self-test draws random values for a variable.
 fn is_drawn(of: &Row) -> bool {
     let is_setting = of.role == Role::Parameter;
     of.role == Role::Input || is_setting && matches!(of.kind, Kind::Real | Kind::LReal | Kind::Time | Kind::Bool)
 }
 
-/// Between which numbers the self-test draws a floating-point number, or a time that is a parameter: parameters near their start
-/// values, with which the block does something.
+/// The range from which the self-test draws a floating-point number or a time parameter. Parameters stay near their
+/// start values, with which the block produces some output.
 fn range(of: &Row) -> (f64, f64) {
     match (of.least(), of.greatest()) {
         _ if of.role == Role::Parameter && of.kind == Kind::Time => (0.5 * of.start(), 1.5 * of.start()),
@@ -633,16 +633,16 @@ fn range(of: &Row) -> (f64, f64) {
     }
 }
 
-/// The subject of the self-test. Its inputs and parameters have their start values; it has been restarted.
+/// The subject of the self-test, restarted, with start values for its inputs and parameters.
 pub trait Subject {
-    /// Why a value is refused, or a call.
+    /// The reason why a value or a call is refused.
     type Error;
     /// Writes an input.
     ///
     /// # Errors
-    /// The input does not take it.
+    /// The input refuses the value.
     fn set(&mut self, row: usize, number: f64) -> Result<(), Self::Error>;
-    /// Makes a call; returns whether it completed.
+    /// Makes a call and returns whether it completed.
     ///
     /// # Errors
     /// The call cannot be made.
@@ -650,7 +650,7 @@ pub trait Subject {
     /// Reads a variable as a number: times in seconds, TRUE as 1.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The variable cannot be read.
     fn get(&mut self, row: usize) -> Result<f64, Self::Error>;
 }
 
@@ -674,8 +674,8 @@ impl<B: Cyclic> Subject for B {
     }
 }
 
-/// Makes the calls of the self-test, up to one that stops the program, with inputs that are drawn. Says how many they are, and the
-/// hash of all variables after each.
+/// Makes the calls of the self-test with random inputs, ending at a call that stops the program. Returns the number of
+/// calls and the hash of all variables after each call.
 ///
 /// # Errors
 /// The subject refuses.
@@ -687,7 +687,7 @@ pub fn tape<S: Subject>(variables: &[Row], subject: &mut S) -> Result<(u32, u128
     };
     for call in 0..CALLS {
         for (index, of) in variables.iter().enumerate().filter(|(_, of)| is_drawn(of)) {
-            // Each changes in one of four calls.
+            // Each variable changes in one of four calls.
             if next() >= 1 << 22 && call > 0 {
                 continue;
             }
@@ -698,7 +698,7 @@ pub fn tape<S: Subject>(variables: &[Row], subject: &mut S) -> Result<(u32, u128
         }
         for index in 0..variables.len() {
             let value = subject.get(index)?;
-            // Processors differ in the bits of NaN.
+            // The bits of NaN differ between processors.
             let value = if value.is_nan() { f64::NAN } else { value };
             hash = fingerprint::hash(hash, &value.to_bits().to_le_bytes());
         }
@@ -706,8 +706,8 @@ pub fn tape<S: Subject>(variables: &[Row], subject: &mut S) -> Result<(u32, u128
     Ok((CALLS, hash))
 }
 
-/// A value of the tape, of a number from 0 to 2^24 - 1. One of four BOOLs is TRUE, and half of the inputs are small, so that a
-/// controller is neither restarted nor at a limit all the time.
+/// A value for the tape, derived from a number from 0 to 2^24 - 1. One in four BOOLs is TRUE, and half of the inputs
+/// are small, so that a controller is not constantly being restarted or at a limit.
 fn drawn(of: &Row, number: f64) -> f64 {
     let (low, high) = range(of);
     let between = low + (high - low) * (number / 16_777_216.0);

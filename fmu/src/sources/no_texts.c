@@ -1,5 +1,5 @@
 
-/* --- There are no String variables */
+/* --- No String variables */
 
 static plcfmu_status_t plcfmu_strings(plcfmu_component_t *c, const plcfmu_reference_t vr[], size_t count, const void *value,
                                  const char *access) {

@@ -56,7 +56,7 @@ static void plcfmu_free_state(plcfmu_saved_t *state) {
 #endif
 }
 
-/* The saved state with an address that is only compared, and where it is linked in. */
+/* The saved state with this address, which is only compared, and the link that points to it. */
 static plcfmu_saved_t *plcfmu_find(plcfmu_component_t *c, void *address, plcfmu_saved_t ***link) {
     plcfmu_saved_t **at;
     for (at = &c->saved; *at != NULL; at = &(*at)->next) {
@@ -69,7 +69,7 @@ static plcfmu_saved_t *plcfmu_find(plcfmu_component_t *c, void *address, plcfmu_
     return NULL;
 }
 
-/* The saved state that a host names, or a new one if it names none. */
+/* The host's saved state, or a new one if the pointer is NULL. */
 static plcfmu_saved_t *plcfmu_keep(plcfmu_component_t *c, void **address) {
     plcfmu_saved_t **link = NULL, *state;
     if (*address != NULL) {
@@ -86,12 +86,12 @@ static plcfmu_saved_t *plcfmu_keep(plcfmu_component_t *c, void **address) {
     return state;
 }
 
-/* --- Serialized states: the same bytes as those of the library that plcfmu packs ---------------------------------------- */
+/* --- Serialized states: the same bytes as in the library packed by plcfmu ------------------------------------------------ */
 
-/* What a serialized state begins with; the last byte is the version of the format. */
+/* The first bytes of a serialized state; the last byte is the version of the format. */
 static const unsigned char plcfmu_magic[8] = {'p', 'l', 'c', 'f', 'm', 'u', 0, 1};
 
-/* Bytes that are written or read one after the other. */
+/* Bytes that are written or read in sequence. */
 typedef struct {
     unsigned char *to;
     const unsigned char *from;
@@ -99,7 +99,7 @@ typedef struct {
     int is_damaged;
 } plcfmu_bytes_t;
 
-/* Writes or reads a number or an array; all bytes of the machine, which is little endian. */
+/* Writes or reads a number or an array in the machine's byte order, which is little endian. */
 static void plcfmu_pass(plcfmu_bytes_t *bytes, void *value, size_t size) {
     if (bytes->left < size) {
         bytes->is_damaged = 1;
@@ -115,7 +115,7 @@ static void plcfmu_pass(plcfmu_bytes_t *bytes, void *value, size_t size) {
     bytes->left -= size;
 }
 
-/* Whether a sequence of steps can lead to this clock. Another one could ask for endless calls. */
+/* Whether a sequence of steps can lead to this clock state. Any other could demand an endless number of calls. */
 static int plcfmu_is_possible(const plcfmu_clock_t *clock) {
     double most = 1.7976931348623157e308;
     return clock->cycle >= 0.0 && clock->cycle <= 2147483647.0 && plcfmu_abs_f64(clock->start) <= most && plcfmu_abs_f64(clock->end) <= most
@@ -124,7 +124,7 @@ static int plcfmu_is_possible(const plcfmu_clock_t *clock) {
            && plcfmu_abs_f64(clock->offset) <= 2.0 * clock->cycle;
 }
 
-/* Writes or reads what a program has beside its memory. */
+/* Writes or reads the data that a program has in addition to its memory. */
 static void plcfmu_pass_program(plcfmu_bytes_t *bytes, plcfmu_block_t *block) {
     u64_t length = strlen(block->stopped);
     u32_t row;
@@ -143,7 +143,7 @@ static void plcfmu_pass_program(plcfmu_bytes_t *bytes, plcfmu_block_t *block) {
     }
 }
 
-/* Writes or reads what an instance is. */
+/* Writes or reads an instance. */
 static void plcfmu_pass_instance(plcfmu_bytes_t *bytes, plcfmu_instance_t *instance) {
     plcfmu_clock_t *clock = &instance->clock;
     plcfmu_block_t *block = &instance->block;
@@ -187,7 +187,7 @@ static void plcfmu_pass_instance(plcfmu_bytes_t *bytes, plcfmu_instance_t *insta
     instance->extrapolated = (size_t)count;
 }
 
-/* Before the content stand magic, the GUID's bytes and the length, behind it the checksum. */
+/* The content is preceded by magic, the GUID's bytes and the length, and followed by the checksum. */
 #define PLCFMU_HEAD 32u
 #define PLCFMU_CHECKSUM 16u
 

@@ -1,24 +1,24 @@
 
 /* --- Clock: integer ticks of whole milliseconds ------------------------------------------------------------------------
 
-   The program is called at start + k * CYCLE, k = 0, 1, 2, ..., whatever the communication step: a step makes every call with
-   tc <= t < tc + h. A host that adds up its time is off by the rounding of every addition; one that computes it anew may give an
-   h that is rounded. So the clock goes on from its own time where rounding explains the difference from tc, and from tc where it
-   does not. If the host is ahead, the calls in between are made. */
+   The program is called at start + k * CYCLE, k = 0, 1, 2, ..., regardless of the communication step: a step makes every
+   call with tc <= t < tc + h. The time of a host that adds up is off by the rounding of every addition; a host that
+   recomputes its time may pass a rounded h. The clock therefore continues from its own time if rounding explains the
+   difference from tc, and from tc otherwise. If the host is ahead, the calls in between are made. */
 
-#define PLCFMU_SAME 1e-6                             /* times that differ by less of a CYCLE are the same */
-#define PLCFMU_MOST_DRIFT 0.25                       /* how far a host that adds up may drift, of a CYCLE */
-#define PLCFMU_ROUNDINGS 4.0                         /* that may separate two times which are meant to be the same */
+#define PLCFMU_SAME 1e-6                             /* times closer than this fraction of a CYCLE are equal */
+#define PLCFMU_MOST_DRIFT 0.25                       /* maximum drift of a host that adds up, as a fraction of a CYCLE */
+#define PLCFMU_ROUNDINGS 4.0                         /* rounding errors that may separate two times meant to be equal */
 #define PLCFMU_EPSILON 2.220446049250313e-16
-#define PLCFMU_RESOLUTION (PLCFMU_EPSILON * 1000.0)  /* of a double at 1 s, in milliseconds */
-#define PLCFMU_MOST_CALLS 4294967296.0               /* in one step: a day at 1 ms is 86 million */
-#define PLCFMU_ORDINARY_STEPS 1000.0                 /* that are known to be ordinary after one look */
+#define PLCFMU_RESOLUTION (PLCFMU_EPSILON * 1000.0)  /* resolution of a double at 1 s, in milliseconds */
+#define PLCFMU_MOST_CALLS 4294967296.0               /* maximum in one step; a day at 1 ms has 86 million */
+#define PLCFMU_ORDINARY_STEPS 1000.0                 /* number of steps covered by one check */
 #define PLCFMU_INFINITY plcfmu_f64_of(0x7FF0000000000000ull)
 
 /* The calls of one step. */
 typedef struct {
     i64_t count;
-    double lead; /* from the start of the step to the first of them, s; negative if the step makes up for calls */
+    double lead; /* from the start of the step to the first call, s; negative if the step catches up on calls */
 } plcfmu_calls_t;
 
 static plcfmu_clock_t plcfmu_clock(double start, double stop, i32_t cycle) {
@@ -32,7 +32,7 @@ static plcfmu_clock_t plcfmu_clock(double start, double stop, i32_t cycle) {
 
 static double plcfmu_largest(double a, double b) { return a > b ? a : b; }
 
-/* Whether a step goes from where the last one ended, at a tick, to the next tick: nothing can be wrong with it then. */
+/* Whether a step goes from the end of the last one, at a tick, to the next tick. No check can then fail. */
 static int plcfmu_is_ordinary(const plcfmu_clock_t *clock, double tc, double h) {
     double period = clock->cycle / 1000.0, from_0 = plcfmu_abs_f64(clock->start);
     double resolved = 0.1 * clock->cycle / (PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION);
@@ -51,8 +51,8 @@ static int plcfmu_is_ordinary(const plcfmu_clock_t *clock, double tc, double h) 
     return drift <= rounding && (clock->end - tc) * 1000.0 <= PLCFMU_SAME * clock->cycle + rounding;
 }
 
-/* Whether, after an ordinary step from tc on, the next ones of one CYCLE are ordinary, too: they end before the horizon, and the
-   roundings of the clock's end cannot add up to the drift that is allowed. */
+/* Whether, after an ordinary step from tc, the next steps of one CYCLE are ordinary, too: they end before the horizon,
+   and the rounding errors of the clock's end cannot add up to the permitted drift. */
 static int plcfmu_stays_ordinary(const plcfmu_clock_t *clock, double tc, double steps) {
     double period = clock->cycle / 1000.0, last = tc + (steps + 1.0) * period, from_0 = plcfmu_abs_f64(clock->start);
     double resolved = 0.1 * clock->cycle / (PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION), end = clock->stop - 2.0 * period;
@@ -63,7 +63,8 @@ static int plcfmu_stays_ordinary(const plcfmu_clock_t *clock, double tc, double 
            && drift + (steps + 1.0) * rounding < 0.9 * PLCFMU_MOST_DRIFT * clock->cycle;
 }
 
-/* Goes from tc to tc + h and says which calls lie in between. What is refused leaves the clock where it is. */
+/* Advances the clock from tc to tc + h and returns the calls in between. If the step is refused, the clock does not
+   advance. */
 static plcfmu_status_t plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plcfmu_calls_t *calls, plcfmu_text_t *text) {
     double cycle = clock->cycle, per_cycle = 1.0 / cycle, period = cycle / 1000.0;
     double magnitude, same, rounding, position, offset = clock->offset, since = clock->since;
@@ -103,11 +104,11 @@ static plcfmu_status_t plcfmu_advance(plcfmu_clock_t *clock, double tc, double h
         }
     }
     if (h == 0.0) {
-        /* Some hosts end a run with such a step. It makes no call and moves nothing. */
+        /* Some hosts end a run with such a step. It makes no call and does not advance the clock. */
         return PLCFMU_OK;
     }
     lead = (double)first * cycle - present;
-    /* A long step has rounding of its own. */
+    /* A long step adds a rounding error. */
     tolerance = (same + PLCFMU_ROUNDINGS * PLCFMU_EPSILON * step) * per_cycle;
     cycles = (offset + step) * per_cycle;
     if (cycles + (double)(tick - first) > PLCFMU_MOST_CALLS) {
@@ -128,7 +129,7 @@ static plcfmu_status_t plcfmu_advance(plcfmu_clock_t *clock, double tc, double h
 
 /* --- Steps ------------------------------------------------------------------------------------------------------------ */
 
-/* A value that is extrapolated by t seconds. */
+/* The value extrapolated by t seconds; an upper bound of its magnitude if `is_bound`. */
 static double plcfmu_at(double value, const double *derivatives, double t, int is_bound) {
     double factor = 1.0;
     int order;
@@ -146,7 +147,7 @@ static void plcfmu_put_number(plcfmu_block_t *block, u32_t row, double number) {
     }
 }
 
-/* Makes the step that is known to be ordinary, and says whether it is: in it nothing can be wrong with the time. What follows
+/* Makes the step if it is known to be ordinary and returns whether it did: its times then need no checks. plcfmu_step
    does the same, more slowly. */
 static int plcfmu_is_ordinary_step(plcfmu_component_t *c, double tc, double h) {
     plcfmu_clock_t *clock = &c->instance.clock;
@@ -167,7 +168,7 @@ static plcfmu_status_t plcfmu_check_running(plcfmu_component_t *c) {
     return stopped[0] == '\0' ? PLCFMU_OK : plcfmu_refuse(&c->text, stopped);
 }
 
-/* Makes every call from tc on before tc + h. */
+/* Makes every call from tc up to but not including tc + h. */
 static plcfmu_status_t plcfmu_step(plcfmu_component_t *c, double tc, double h) {
     plcfmu_instance_t *instance = &c->instance;
     plcfmu_clock_t clock = instance->clock;
@@ -190,7 +191,7 @@ static plcfmu_status_t plcfmu_step(plcfmu_component_t *c, double tc, double h) {
         const char *range;
         i64_t bits;
         input->value = plcfmu_number(row->kind, plcfmu_bits(&instance->block, input->row));
-        /* The largest magnitude that the value can reach within the step; if that fits, every value does. */
+        /* The largest magnitude that the value can reach within the step. If that is in range, every value is. */
         range = plcfmu_bits_of(plcfmu_at(plcfmu_abs_f64(input->value), input->derivatives, last, 1), row->kind, &bits);
         if (range != NULL) {
             return plcfmu_say_extrapolated(&c->text, row->name, last, range);
@@ -213,10 +214,10 @@ static plcfmu_status_t plcfmu_step(plcfmu_component_t *c, double tc, double h) {
     return plcfmu_check_running(c);
 }
 
-/* Says once if a step is so short that CYCLE may be given in the wrong unit. */
+/* Advises the host, once, if a step is so short that CYCLE may be in the wrong unit. */
 static void plcfmu_advise(plcfmu_component_t *c, double h) {
     double cycle = c->instance.clock.cycle / 1000.0;
-    /* Steps below a microsecond are what rounding leaves of a host's time. */
+    /* Steps below a microsecond are rounding remainders of a host's time. */
     if (!c->is_step_advised && (c->logged & PLCFMU_ADVICE) && 1e-6 < h && h < cycle / 100.0) {
         plcfmu_say_short_step(&c->text, h, PLCFMU_CYCLE_NAME, cycle, plcfmu_round_f64(cycle / h));
         c->is_step_advised = 1;

@@ -1,5 +1,5 @@
 
-/* --- Texts: a STRING has a byte a character, of ISO 8859-1; a WSTRING has UTF-16; a host has UTF-8 */
+/* --- Texts: a STRING has one byte per character, in ISO 8859-1; a WSTRING is UTF-16; a host uses UTF-8 */
 
 static u32_t plcfmu_unit(const plcfmu_text_row_t *row, const memory_t *memory, u32_t at) {
     const char *characters = (const char *)memory + row->offset + 2;
@@ -11,7 +11,7 @@ static u32_t plcfmu_unit(const plcfmu_text_row_t *row, const memory_t *memory, u
     return wide;
 }
 
-/* The text as UTF-8. It ends before a character 0. Half of a pair of UTF-16 becomes U+FFFD. */
+/* Converts the text to UTF-8. It ends before the first NUL character. Unpaired UTF-16 surrogates become U+FFFD. */
 static void plcfmu_encode(const plcfmu_text_row_t *row, const memory_t *memory, char *to) {
     u16_t length;
     u32_t at;
@@ -46,7 +46,7 @@ static void plcfmu_encode(const plcfmu_text_row_t *row, const memory_t *memory, 
     *to = '\0';
 }
 
-/* The next character of a text in UTF-8, and how many bytes it has; 0 bytes if it is none. */
+/* Decodes the next character of a UTF-8 text and returns its number of bytes; 0 if it is invalid. */
 static size_t plcfmu_decode(const char *from, u32_t *code) {
     static const u32_t least[4] = {0, 0x80, 0x800, 0x10000};
     unsigned char first = (unsigned char)from[0];
@@ -102,7 +102,7 @@ static plcfmu_status_t plcfmu_get_strings(plcfmu_component_t *c, const plcfmu_re
     return PLCFMU_OK;
 }
 
-/* Why a text is refused; PLCFMU_OK if it is not. */
+/* Checks that a text can be set; otherwise, refuses it with the reason. */
 static plcfmu_status_t plcfmu_check_text(plcfmu_component_t *c, const plcfmu_text_row_t *row, const char *given) {
     u32_t units = 0, code = 0;
     const char *at, *outside = NULL;

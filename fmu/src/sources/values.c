@@ -6,13 +6,13 @@ static int plcfmu_is_settable(const plcfmu_row_t *row) {
 }
 
 #ifdef PLCFMU_TEXTS
-/* Whether a text keeps what a host has set. */
+/* Whether a text keeps the value set by the host. */
 static int plcfmu_is_given(const plcfmu_text_row_t *row) {
     return row->role == PLCFMU_INPUT || row->role == PLCFMU_PARAMETER;
 }
 #endif
 
-/* The bits of a value, extended by its sign. */
+/* The bits of a value, sign-extended. */
 static i64_t plcfmu_read(const plcfmu_row_t *row, const memory_t *memory) {
     const char *at = (const char *)memory + row->offset;
     switch (row->kind) {
@@ -59,7 +59,7 @@ static void plcfmu_write(const plcfmu_row_t *row, memory_t *memory, i64_t bits) 
     memcpy((char *)memory + row->offset, &bits, plcfmu_kinds[row->kind].size);
 }
 
-/* The bits of a variable of a block. */
+/* The bits of a block's variable. */
 static i64_t plcfmu_bits(const plcfmu_block_t *block, u32_t reference) {
     const plcfmu_row_t *row = &plcfmu_rows[reference];
     if (!PLCFMU_IS_BLOCK && reference == PLCFMU_CYCLE_ROW) {
@@ -104,10 +104,10 @@ static double plcfmu_number(int kind, i64_t bits) {
     }
 }
 
-/* Halfway between the largest REAL and the power of 2 beyond it. */
+/* Halfway between the largest REAL and the next power of 2. */
 #define PLCFMU_REAL_END 340282356779733661637539395458142568448.0
 
-/* The bits of a number; NULL, or the range of the type if it lies outside. */
+/* Converts a number to the bits of a type. Returns NULL, or the type's range if the number is outside it. */
 static const char *plcfmu_bits_of(double number, int kind, i64_t *bits) {
     int is_inside;
     if (kind == PLCFMU_REAL) {
@@ -133,7 +133,7 @@ static const char *plcfmu_bits_of(double number, int kind, i64_t *bits) {
 
 /* --- The program ------------------------------------------------------------------------------------------------------ */
 
-/* Start values. */
+/* Sets the start values. */
 static void plcfmu_start(plcfmu_block_t *block) {
     u32_t row;
     start(&block->memory);
@@ -145,7 +145,7 @@ static void plcfmu_start(plcfmu_block_t *block) {
     block->stopped[0] = '\0';
 }
 
-/* Gives the program what is set of the variables that it writes, too. */
+/* Copies to memory the host's values of variables that the program also writes. */
 static void plcfmu_give(plcfmu_block_t *block) {
     u32_t row;
     for (row = 0; PLCFMU_IN_OUTS && row < PLCFMU_ROWS; row += 1) {
@@ -158,7 +158,7 @@ static void plcfmu_give(plcfmu_block_t *block) {
 #endif
 }
 
-/* Why a call was stopped. */
+/* Writes why a call was stopped. */
 static void plcfmu_say_stop(const plcfmu_block_t *block, const call_t *call, plcfmu_text_t *text) {
     plcfmu_say(text, plcfmu_files[call->stopped >> 24]);
     plcfmu_say(text, ":");
@@ -184,7 +184,8 @@ static void plcfmu_say_stop(const plcfmu_block_t *block, const call_t *call, plc
     plcfmu_say(text, " s after the start)");
 }
 
-/* Calls a function at a time in nanoseconds. If it stops, the memory is as before, of which `before` takes a copy. */
+/* Calls a function at a time in nanoseconds. If it stops, the memory is restored from `before`, which receives a copy
+   before the call. */
 static void plcfmu_run(plcfmu_block_t *block, void (*function)(call_t *, memory_t *), i64_t now, memory_t *before,
                        plcfmu_text_t *text) {
     call_t call = {0, PLCFMU_BUDGET, 0, 0, 0, 0, 0};
@@ -213,7 +214,7 @@ static i64_t plcfmu_pulse(const plcfmu_block_t *block) {
     return pulse;
 }
 
-/* The mean of the pulse over the calls of a step in percent; without a call, that of the pulse that is held. */
+/* Writes the mean of the pulse over the calls of a step, in percent; if there were no calls, that of the held pulse. */
 static void plcfmu_show_mean(plcfmu_block_t *block, i64_t pulses, i64_t calls) {
 #ifdef PLCFMU_MEAN
     double percent = 100.0 * (double)pulses / (double)calls;
@@ -259,7 +260,7 @@ static plcfmu_status_t plcfmu_check_settings(plcfmu_block_t *block, plcfmu_text_
 #endif
 }
 
-/* The restart of a block, which keeps what a host has set, to another one. */
+/* Restarts a block into another one, keeping the values set by the host. */
 static void plcfmu_restart_block(const plcfmu_block_t *from, plcfmu_block_t *to, memory_t *before, plcfmu_text_t *text) {
     memcpy(to, from, sizeof *to);
     to->calls = 0;
@@ -272,7 +273,8 @@ static void plcfmu_restart_block(const plcfmu_block_t *from, plcfmu_block_t *to,
     plcfmu_show_mean(to, 0, 0);
 }
 
-/* A warm restart to another block: all start values but those of what a host sets; then the block of the start, if there is one. */
+/* A warm restart into another block: resets all variables to their start values, except those set by the host, then
+   calls the startup block, if any. */
 static void plcfmu_restart(const plcfmu_block_t *from, plcfmu_block_t *to, memory_t *before, plcfmu_text_t *text) {
     u32_t row;
     if (PLCFMU_IS_BLOCK) {
@@ -326,7 +328,7 @@ static void plcfmu_call(plcfmu_block_t *block, memory_t *before, plcfmu_text_t *
 
 /* --- Hash ------------------------------------------------------------------------------------------------------------- */
 
-/* FNV-1a with 128 bits. */
+/* 128-bit FNV-1a. */
 typedef struct {
     u64_t high;
     u64_t low;
@@ -353,13 +355,13 @@ static u32_t plcfmu_next(u32_t *tape) {
     return *tape >> 8;
 }
 
-/* Whether the tape has a variable: all inputs, and parameters of some types. */
+/* Whether the tape sets a variable: all inputs, and parameters of some types. */
 static int plcfmu_is_drawn(const plcfmu_row_t *row) {
     int is_type = row->kind == PLCFMU_REAL || row->kind == PLCFMU_LREAL || row->kind == PLCFMU_TIME || row->kind == PLCFMU_BOOL;
     return row->role == PLCFMU_INPUT || (row->role == PLCFMU_PARAMETER && is_type);
 }
 
-/* A value of the tape. One of four BOOLs is TRUE, and half of the inputs are small. */
+/* A value for the tape. One in four BOOLs is TRUE, and half of the inputs are small. */
 static double plcfmu_tape(const plcfmu_row_t *row, u32_t *tape) {
     static const double scales[] = {1.0, 1.0, 0.0625, 0.00390625};
     u32_t number = plcfmu_next(tape);
@@ -379,15 +381,15 @@ static double plcfmu_tape(const plcfmu_row_t *row, u32_t *tape) {
     }
 }
 
-/* Whether products and sums are rounded one by one, in their order. The numbers are volatile: nothing is computed beforehand. The
-   square of 1 + 2^-12 rounds to 1 + 2^-11, and 1 vanishes beside 10^8. */
+/* Whether products and sums are each rounded, in order. The numbers are volatile so that nothing is computed at compile
+   time. The square of 1 + 2^-12 rounds to 1 + 2^-11, and 1 vanishes when added to 10^8. */
 static int plcfmu_is_strict(void) {
     volatile float factor = 1.000244140625f, rounded = 1.00048828125f, large = 1e8f;
     float x = factor, y = rounded, z = large;
     return x * x - y == 0.0f && (x + z) - z == 0.0f;
 }
 
-/* Makes the calls of the tape, and says whether their results have the hash of the library that plcfmu packed. */
+/* Makes the calls of the tape and returns whether the hash of their results is that of the library packed by plcfmu. */
 static int plcfmu_is_exact(plcfmu_component_t *c) {
     plcfmu_hash_t hash = plcfmu_hash_basis;
     u32_t tape = 1, row;
@@ -396,7 +398,7 @@ static int plcfmu_is_exact(plcfmu_component_t *c) {
     for (call = 0; call < PLCFMU_TEST_CALLS; call += 1) {
         for (row = 0; row < PLCFMU_ROWS; row += 1) {
             i64_t bits;
-            /* Each changes in one of four calls. */
+            /* Each variable changes in one of four calls. */
             if (plcfmu_is_drawn(&plcfmu_rows[row]) && (plcfmu_next(&tape) < 4194304u || call == 0)
                 && plcfmu_bits_of(plcfmu_tape(&plcfmu_rows[row], &tape), plcfmu_rows[row].kind, &bits) == NULL) {
                 plcfmu_put(&c->other, row, bits);

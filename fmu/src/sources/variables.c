@@ -1,11 +1,11 @@
 
 /* --- Variables by value reference -------------------------------------------------------------------------------------- */
 
-/* Variables of which a host names the first; each has one value, but an array one for each element. */
+/* Iterates over the values of the variables passed by a host: one per variable, or one per element of an array. */
 typedef struct {
     const plcfmu_reference_t *references;
     size_t count;
-    size_t element; /* the next one of an array */
+    size_t element; /* the next element of an array */
 } plcfmu_walk_t;
 
 static plcfmu_walk_t plcfmu_walk(const plcfmu_reference_t *references, size_t count) {
@@ -15,7 +15,7 @@ static plcfmu_walk_t plcfmu_walk(const plcfmu_reference_t *references, size_t co
     return walk;
 }
 
-/* Goes to the next value, of the variable in the table with the number `row`; 0 at the end. */
+/* Advances to the next value and sets `row` to its index in the table; returns 0 at the end. */
 static int plcfmu_next_value(plcfmu_walk_t *walk, u32_t *row) {
 #if PLCFMU_HAS_ARRAYS
     while (walk->count > 0) {
@@ -42,7 +42,7 @@ static int plcfmu_next_value(plcfmu_walk_t *walk, u32_t *row) {
     return 1;
 }
 
-/* Refuses a reference that is not one of a variable of the type that `access` reads or writes. */
+/* Refuses a reference that does not refer to a variable of the type being read or written. `access` is Get or Set. */
 static plcfmu_status_t plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const char *access) {
     if (reference < PLCFMU_ROWS) {
         const plcfmu_row_t *row = &plcfmu_rows[reference];
@@ -64,7 +64,7 @@ static plcfmu_status_t plcfmu_check(plcfmu_text_t *text, u32_t row, int of, cons
     return PLCFMU_OK;
 }
 
-/* The block as a restart would leave it, if that is possible. */
+/* The block as a restart would leave it, if a restart is possible. */
 static const plcfmu_block_t *plcfmu_restarted(plcfmu_component_t *c) {
     const plcfmu_block_t *shown = &c->instance.block;
     if (plcfmu_cycle(shown) >= 1) {
@@ -78,7 +78,8 @@ static const plcfmu_block_t *plcfmu_restarted(plcfmu_component_t *c) {
     return shown;
 }
 
-/* The block with what it computes. In Initialization Mode it has the values that the restart would give, if that is possible. */
+/* The block with the computed values to show: in Initialization Mode those that a restart would produce, if one is
+   possible. */
 static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, plcfmu_walk_t walk) {
     int is_asked = 0;
     u32_t row;
@@ -88,13 +89,13 @@ static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, plcfmu_walk_t w
     return is_asked ? plcfmu_restarted(c) : &c->instance.block;
 }
 
-/* The bits of a variable, of which `block` has what is computed. */
+/* The bits of a variable; if it is computed, from `block`. */
 static i64_t plcfmu_bits_shown(const plcfmu_component_t *c, const plcfmu_block_t *block, u32_t row) {
     int is_set = row == PLCFMU_CYCLE_ROW || plcfmu_is_settable(&plcfmu_rows[row]);
     return plcfmu_bits(is_set ? &c->instance.block : block, row);
 }
 
-/* Whether a variable can be set to a number now; `text` has the number if not. */
+/* Checks that a variable can be set now. */
 static plcfmu_status_t plcfmu_may_set(plcfmu_component_t *c, u32_t reference) {
     const plcfmu_row_t *row = &plcfmu_rows[reference];
     int is_fixed = row->role == PLCFMU_FIXED || row->role == PLCFMU_CYCLE_TIME;

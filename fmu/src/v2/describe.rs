@@ -6,7 +6,7 @@ use crate::log::Category;
 use crate::table::{self, quoted};
 use blocks::{Table, TableText};
 
-/// The description of a library as a JSON object: its table (see [`table::json`]) and the interface, which is the
+/// The description of a library as a JSON object: its table (see [`table::json`]) and the interface, consisting of the
 /// version, the GUID, the capabilities and the log categories.
 pub fn describe<S: TableText>(table: &Table<S>, guid: &str) -> String {
     let capabilities: Vec<String> =

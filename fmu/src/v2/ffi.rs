@@ -1,9 +1,9 @@
-//! The 34 functions of FMI 2.0 for co-simulation, a table in which each is written once: its states, its arguments, and
-//! the call of the [`Component`]. All unsafe code is here and in `pointers`: pointers become slices and references, and
-//! the host's logger is called. The [`Door`] checks the state, catches panics and logs why a call is refused.
+//! The 34 functions of FMI 2.0 for co-simulation, as a table that specifies each one once: its states, its arguments,
+//! and the call of the [`Component`]. All unsafe code is here and in `pointers`: pointers become slices and references,
+//! and the host's logger is called. The [`Door`] checks the state, catches panics and logs why a call is refused.
 //!
-//! The standard requires of the host: a `fmi2Component` comes from `fmi2Instantiate`, has not been freed and is used by
-//! one thread at a time; an array has the length passed with it. NULL is detected everywhere.
+//! The standard requires the following of the host: a `fmi2Component` comes from `fmi2Instantiate`, has not been freed
+//! and is used by one thread at a time; an array has the length passed with it. NULL is detected everywhere.
 
 #![allow(unsafe_code, non_snake_case, non_upper_case_globals)]
 // The contract above is the safety section of every function here.
@@ -34,7 +34,7 @@ use std::ptr;
 /// `fmi2Type`: co-simulation.
 const CO_SIMULATION: c_int = 1;
 
-/// `fmi2StatusKind`s that have an answer.
+/// The `fmi2StatusKind`s for which the FMU has an answer.
 const LAST_SUCCESSFUL_TIME: c_int = 2;
 const TERMINATED: c_int = 3;
 
@@ -50,8 +50,8 @@ type Logger = unsafe extern "C" fn(
     ...
 );
 
-/// `fmi2CallbackFunctions`. The library manages its memory itself, and every step ends within its call, so only the logger
-/// is used.
+/// `fmi2CallbackFunctions`. Only the logger is used: the library manages its own memory, and every step ends within its
+/// call.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct CallbackFunctions {
@@ -71,7 +71,7 @@ struct Caller {
 impl Host for Caller {
     fn tell(&self, function: &Function, answer: Result<(), Answer>, category: &Category, message: &str) {
         let text = log::text(function, message);
-        // SAFETY: the host gave the logger and its environment for this, and all strings end with NUL.
+        // SAFETY: the host passed the logger and its environment for this purpose, and all strings end with NUL.
         unsafe {
             (self.logger)(
                 self.environment,
@@ -93,7 +93,7 @@ unsafe fn answer<T>(pointer: *mut T, value: Result<T, Refusal>) -> Result<(), Re
     Ok(())
 }
 
-/// fmi2DoStepStatus, fmi2PendingStatus and the rest are only asked while a step is pending.
+/// fmi2DoStepStatus, fmi2PendingStatus and the rest may only be queried while a step is pending.
 fn no_status<T>(kind: c_int) -> Result<T, Refusal> {
     Err(Refusal::new(Answer::Discard, messages::no_status(kind)))
 }
@@ -118,7 +118,7 @@ fn set_any<B: Cyclic>(c: &mut Component<B>, references: &[u32], values: &[f64]) 
     Ok(())
 }
 
-/// Says once that a variable of another type was read or written as a Real.
+/// Advises the host, once, that a variable of another type was read or written as a Real.
 fn tell_conversion<B: Cyclic>(c: &mut Component<B>, references: &[u32]) {
     let other = references.iter().filter_map(|reference| c.instance.block().table().rows.get(*reference as usize));
     let Some(row) = other.into_iter().find(|row| row.kind.class() != Class::Real) else { return };
@@ -126,8 +126,8 @@ fn tell_conversion<B: Cyclic>(c: &mut Component<B>, references: &[u32]) {
     c.advise_on_conversion(|| messages::counts_as_real(&name, kind));
 }
 
-// FMI 2.0, section 4.2.4, in its order. Two rows are more lenient because real hosts need it: in state instantiated,
-// Get works too and returns the start values, and inputs may be set.
+// FMI 2.0, section 4.2.4, in the order given there. Two rows are more lenient because real hosts need it: in state
+// instantiated, Get also works and returns the start values, and inputs may be set.
 functions! {
     ($) export_fmi2: v2, in "stepComplete", with Boolean, CallbackFunctions, Pointer, StateAddress, Status, c_char, c_int;
     fmi2GetTypesPlatform() -> *const c_char { c"default".as_ptr() };
@@ -148,7 +148,7 @@ functions! {
     };
     fmi2FreeInstance(component: Pointer) {
         if !component.is_null() {
-            // SAFETY: made by `fmi2Instantiate`, and not used again by the host's contract.
+            // SAFETY: created by `fmi2Instantiate`, and not used again, by the host's contract.
             unsafe { Box::from_raw(component.cast::<Door<L::Block, Caller>>()) }.close();
         }
     };
@@ -291,7 +291,7 @@ unsafe fn instantiate<L: Library>(
 
 // For the packer
 
-/// Adds the function to an FMU's library from which the packer reads the library's description.
+/// Adds the function to an FMU's library through which the packer reads the library's description.
 #[macro_export]
 macro_rules! export_interface {
     ($Library:ty) => {
@@ -311,7 +311,7 @@ macro_rules! export_interface {
 /// Copies the library's description of itself (see [`describe`]) to `buffer`, at most `size` bytes, and returns
 /// its full length in bytes.
 pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
-    // For programs that search for it in the library's file: the compiler keeps what is used here unchanged.
+    // For programs that search the library file for these texts: the compiler keeps values used here unchanged.
     std::hint::black_box(Code::<B>::TEXT);
     std::hint::black_box(&Guid::<B>::TOKENS);
     let json = describe(B::TABLE, Guid::<B>::TEXT);

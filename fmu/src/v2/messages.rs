@@ -1,4 +1,4 @@
-//! What the doors of FMI 2.0 say beside what all say.
+//! The messages of FMI 2.0, in addition to the shared ones.
 
 pub(crate) use crate::messages::*;
 

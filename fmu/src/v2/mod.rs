@@ -1,6 +1,6 @@
 //! FMI 2.0 for co-simulation over the core: the 34 C functions and everything specific to this version.
 //!
-//! [`ffi`] is the table of the functions, each written once; [`value`] has the types of their values.
+//! [`ffi`] is the table of functions, each written once; [`value`] has the types of their values.
 
 mod describe;
 #[allow(missing_docs)] // the standard documents its functions
@@ -15,10 +15,10 @@ use blocks::{Class, Row, TableText};
 
 pub use describe::describe;
 
-/// The capabilities of an FMU: attributes of modelDescription.xml, of which those left out have the standard's default.
-/// Other versions derive theirs from them.
+/// The capabilities of an FMU: attributes in modelDescription.xml; those not listed have the standard's default. Other
+/// versions derive theirs from these.
 pub const CAPABILITIES: &[(&str, bool)] = &[
-    // The clock makes the calls that fall into a step, whatever its size.
+    // The clock makes the calls within a step, whatever its size.
     ("canHandleVariableCommunicationStepSize", true),
     // The session extrapolates inputs. Outputs change in steps.
     ("canInterpolateInputs", true),
@@ -26,7 +26,7 @@ pub const CAPABILITIES: &[(&str, bool)] = &[
     // A state is a copy of the instance.
     ("canGetAndSetFMUstate", true),
     ("canSerializeFMUstate", true),
-    // No globals, no threads, memory of our own.
+    // No globals, no threads, and memory managed by the library.
     ("canRunAsynchronuously", false),
     ("canBeInstantiatedOnlyOncePerProcess", false),
     ("canNotUseMemoryManagementFunctions", true),

@@ -1,4 +1,4 @@
-//! PLC values as FMI sees them: REAL, LREAL and TIME are Real, WORD and INT Integer, BOOL Boolean.
+//! PLC values in FMI 2.0: REAL, LREAL and TIME are Real, WORD and INT Integer, BOOL Boolean.
 
 use super::Fmi2;
 use crate::cyclic::Cyclic;
@@ -62,7 +62,7 @@ impl HostType<Fmi2> for c_int {
         match value {
             Value::Word(word) => Some(c_int::from(word.value())),
             Value::Int(int) => Some(c_int::from(int)),
-            // A DWORD is the integer with its bits.
+            // A DWORD is the integer with the same bits.
             Value::Whole(kind, whole) if kind.class() == Class::Integer => Some(whole as c_int),
             _ => None,
         }
@@ -73,7 +73,7 @@ impl HostType<Fmi2> for c_int {
     }
 }
 
-/// A Real through which a host accesses a variable of any type, as some hosts do for all variables: TRUE is 1.
+/// A Real through which a host accesses a variable of any type, as some hosts do for all variables. TRUE is 1.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnyReal(pub f64);
@@ -88,7 +88,7 @@ impl HostType<Fmi2> for AnyReal {
     }
 
     fn from_plc(value: Value) -> Option<AnyReal> {
-        // An integer is the number that it is as an Integer.
+        // An integer has the same value as when read as an Integer.
         let integer = <c_int as HostType<Fmi2>>::from_plc(value).map(f64::from);
         Some(AnyReal(integer.unwrap_or_else(|| number::number(value))))
     }
@@ -98,7 +98,7 @@ impl HostType<Fmi2> for AnyReal {
     }
 }
 
-/// FMI's Boolean: an int, not 0 is true.
+/// FMI's Boolean: an int; any value other than 0 is true.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Boolean(pub c_int);

@@ -1,5 +1,5 @@
-//! Variables of FMI 3.0 by value reference: an array is one variable, whose values are those of its elements one after the other,
-//! and the time is one, too.
+//! Variables of FMI 3.0 by value reference: an array is a single variable with the values of its elements in order, and
+//! the time is a variable, too.
 
 use super::{Choice, messages};
 use crate::component::Component;
@@ -10,7 +10,7 @@ use crate::refusal::Refusal;
 use blocks::{Role, Table, TableText};
 use std::borrow::Cow;
 
-/// The value reference of the time, behind those of all variables.
+/// The value reference of the time, which follows those of all other variables.
 pub fn time_reference<S: TableText>(table: &Table<S>) -> u32 {
     (table.rows.len() + table.texts.len()) as u32
 }
@@ -44,7 +44,7 @@ fn elements<'a, V: Choice, B: Cyclic>(
     Ok(all)
 }
 
-/// Whether each of the variables has a value of its own, as far as that can be seen at once.
+/// Whether each variable evidently has exactly one value.
 #[inline(always)]
 fn has_single_values<B: Cyclic>(component: &Component<B>, references: &[u32], count: usize) -> bool {
     references.len() == count && component.instance.block().layout().is_none()
@@ -53,7 +53,7 @@ fn has_single_values<B: Cyclic>(component: &Component<B>, references: &[u32], co
 /// Reads variables.
 ///
 /// # Errors
-/// A reference that is unknown or of another type; another number of values.
+/// A reference is unknown or has another type, or the number of values differs.
 #[inline(always)]
 pub fn get<V: Choice, B: Cyclic, T: HostType<V>>(
     component: &Component<B>,
@@ -125,8 +125,8 @@ where
 /// Writes variables.
 ///
 /// # Errors
-/// A reference that is unknown, of another type or not settable now; another number of values; a value outside of the range of
-/// its type. Nothing is written then.
+/// A reference is unknown, has another type or cannot be set now; the number of values differs; or a value is outside
+/// the range of its type. Nothing is written then.
 #[inline(always)]
 pub fn set<V: Choice, B: Cyclic, T: HostType<V>>(
     component: &mut Component<B>,
@@ -153,7 +153,7 @@ fn set_elements<V: Choice, B: Cyclic, T: HostType<V>>(
 /// The references of the elements of texts, `count` in total.
 ///
 /// # Errors
-/// A reference inside an array; another number of values.
+/// A reference is inside an array, or the number of values differs.
 pub fn texts<'a, V: Choice, B: Cyclic>(
     component: &Component<B>,
     references: &'a [u32],
@@ -174,10 +174,10 @@ fn refuse_time<B: Cyclic>(block: &B, references: &[u32], access: &str) -> Result
     Ok(())
 }
 
-/// The value references of the variables that an output depends on in the present state.
+/// The value references of the variables that an output depends on in the current state.
 ///
 /// # Errors
-/// The reference is not that of an output.
+/// The reference does not refer to an output.
 pub fn dependencies<V: Choice, B: Cyclic>(component: &Component<B>, reference: u32) -> Result<Vec<u32>, Refusal> {
     let block = component.instance.block();
     let table = block.table();

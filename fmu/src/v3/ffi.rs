@@ -1,9 +1,9 @@
-//! The 75 functions of FMI 3.0, a table in which each is written once, as for FMI 2.0: its states, its arguments, and
-//! the call of the [`Component`]. Those of Model Exchange and Scheduled Execution refuse: hosts look up all of them
-//! when they load a library.
+//! The 75 functions of FMI 3.0, as a table that specifies each one once, as for FMI 2.0: its states, its arguments, and
+//! the call of the [`Component`]. The functions of Model Exchange and Scheduled Execution always refuse; they exist
+//! because hosts look up all functions when they load a library.
 //!
-//! The standard requires of the host: a `fmi3Instance` comes from `fmi3InstantiateCoSimulation`, has not been freed and
-//! is used by one thread at a time; an array has the length passed with it. NULL is detected everywhere.
+//! The standard requires the following of the host: a `fmi3Instance` comes from `fmi3InstantiateCoSimulation`, has not
+//! been freed and is used by one thread at a time; an array has the length passed with it. NULL is detected everywhere.
 
 #![allow(unsafe_code, non_snake_case, non_upper_case_globals)]
 // The contract above is the safety section of every function here.
@@ -29,7 +29,7 @@ use std::ffi::CStr;
 pub use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
 
-/// `fmi3DependencyKind`: in any way.
+/// `fmi3DependencyKind`: dependent, without further structure.
 const DEPENDENT: c_int = 5;
 
 /// `fmi3Instance`.
@@ -52,12 +52,12 @@ impl Host for Caller {
     fn tell(&self, function: &Function, answer: Result<(), Answer>, category: &Category, message: &str) {
         let Some(logger) = self.logger else { return };
         let text = log::text(function, message);
-        // SAFETY: the host gave the logger and its environment for this, and all strings end with NUL.
+        // SAFETY: the host passed the logger and its environment for this purpose, and all strings end with NUL.
         unsafe { logger(self.environment, status(answer), category.name.as_ptr(), text.as_ptr()) }
     }
 }
 
-/// Evaluates an expression of `$V`, the types of a component: those of the PLC, or the wide ones.
+/// Evaluates an expression with `$V` bound to a component's choice of types: the PLC's, or the wide ones.
 macro_rules! with_types {
     ($component:expr, $V:ident => $of:expr) => {
         if $component.form() == 0 {
@@ -112,7 +112,7 @@ unsafe fn texts<B: Cyclic>(
 const VR: &str = "valueReferences";
 const VALUES: &str = "values";
 
-/// The behaviour of functions for features that the FMU does not have.
+/// The behaviour of functions for variable types that the FMU does not have.
 fn nothing(count: usize, what: &str) -> Result<(), Refusal> {
     match count {
         0 => Ok(()),
@@ -126,9 +126,9 @@ fn only_co_simulation(kind: &str) -> Result<(), Refusal> {
 
 const EXCHANGE: &str = "Model Exchange";
 
-// FMI 3.0, sections 2.3 and 4.2, in the order of the header. It is more lenient because real hosts need it: in state
-// Instantiated, Get works too and returns the start values, and inputs may be set; in Step Mode, discrete inputs may
-// also be set in an instance with Event Mode.
+// FMI 3.0, sections 2.3 and 4.2, in the order of the header. The table is more lenient because real hosts need it: in
+// state Instantiated, Get also works and returns the start values, and inputs may be set; in Step Mode, discrete inputs
+// may also be set in an instance with Event Mode.
 functions! {
     ($) export_fmi3: v3, in "Step Mode", with Boolean, Callback, Logger, Pointer, StateAddress, Status, c_char, c_int, c_void;
     fmi3GetVersion() -> *const c_char { c"3.0".as_ptr() };
@@ -158,7 +158,7 @@ functions! {
     ) -> Pointer { refuse::<L>(&Function::fmi3InstantiateScheduledExecution, environment, logger) };
     fmi3FreeInstance(instance: Pointer) {
         if !instance.is_null() {
-            // SAFETY: made by `fmi3InstantiateCoSimulation`, and not used again by the host's contract.
+            // SAFETY: created by `fmi3InstantiateCoSimulation`, and not used again, by the host's contract.
             unsafe { Box::from_raw(instance.cast::<Door<L::Block, Caller>>()) }.close();
         }
     };
@@ -432,7 +432,7 @@ unsafe fn get_float64<B: Cyclic>(
     with_types!(c, V => access::get_with_time::<V, _>(c, vr, values))
 }
 
-/// Logs that the FMU has no instances for this kind of simulation and returns NULL.
+/// Logs that the FMU does not support this kind of simulation and returns NULL.
 fn refuse<L: Library>(function: &'static Function, environment: *mut c_void, logger: Logger) -> Pointer {
     let reason = messages::no_simulation_of_this_kind();
     Door::<L::Block, Caller>::new(Caller { logger, environment }, function, || Err(reason.into()));

@@ -1,8 +1,8 @@
 //! FMI 3.0 for co-simulation over the core: the 75 C functions and everything specific to this version.
 //!
-//! [`ffi`] is the table of the functions, each written once; [`value`] has the types of their values, and [`access`]
-//! the arrays and the time. A model description uses the PLC's types or the few that every host knows ([`Native`],
-//! [`Wide`]): the library is the same and is told which by the instantiation token.
+//! [`ffi`] is the table of functions, each written once; [`value`] has the types of their values, and [`access`]
+//! handles arrays and the time. A model description uses either the PLC's types or the few that every host supports
+//! ([`Native`], [`Wide`]): the library is the same, and the instantiation token selects the types.
 
 pub mod access;
 #[allow(missing_docs)] // the standard documents its functions
@@ -18,13 +18,13 @@ use blocks::{Row, TableText, Types};
 #[derive(Clone, Copy, Debug)]
 pub struct Native;
 
-/// FMI 3.0 with few types.
+/// FMI 3.0 with a few wide types.
 #[derive(Clone, Copy, Debug)]
 pub struct Wide;
 
 /// A choice of types.
 pub trait Choice: Version {
-    /// Which.
+    /// The types chosen.
     const TYPES: Types;
 }
 
@@ -47,5 +47,5 @@ macro_rules! versions {
 
 versions!(Native, Wide);
 
-/// The forms of the instantiation token, by the number of the choice of types.
+/// The forms of the instantiation token, indexed by choice of types.
 pub const FORMS: &[fn(u128) -> u128] = &[|hash| Types::Native.token(hash), |hash| Types::Wide.token(hash)];

@@ -1,10 +1,10 @@
-//! FMI 3.0 in C, with each choice of types.
+//! FMI 3.0 in C, for each choice of types.
 
 use super::{ffi, messages};
 use crate::sources::{Door, EVENTS};
 use blocks::Types;
 
-/// The types in the order in which the C numbers them.
+/// The types in the order of their numbers in the C file.
 const TYPES: &[&str] =
     &["Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Boolean"];
 
@@ -16,7 +16,7 @@ pub static NATIVE: Door = Door {
     ..DOOR
 };
 
-/// The door with few types.
+/// The door with a few wide types.
 pub static WIDE: Door = DOOR;
 
 const DOOR: Door = Door {

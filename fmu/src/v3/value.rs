@@ -1,4 +1,4 @@
-//! PLC values as FMI 3.0 sees them: in types of their width, or in the few that every host knows.
+//! PLC values in FMI 3.0: in types of their own width, or in the few that every host supports.
 
 use super::{Native, Wide};
 use crate::cyclic::Cyclic;
@@ -7,12 +7,12 @@ use crate::ordinary;
 use blocks::table::number::{exact, number, of_exact, to_value};
 use blocks::{Kind, Row, TableText, Time, Value};
 
-/// A Boolean: a byte, not 0 is true.
+/// FMI's Boolean: a byte; any value other than 0 is true.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Boolean(pub u8);
 
-/// Integers: those kinds of PLC values that a type holds in one of the versions.
+/// Integers: the kinds of PLC values that a type holds with each choice of types.
 macro_rules! integers {
     ($($Integer:ident in $Version:ident: $($kind:ident)*;)*) => { $(
         impl HostType<$Version> for $Integer {
@@ -23,7 +23,7 @@ macro_rules! integers {
 
             #[inline]
             fn is_of<S: TableText>(row: &Row<S>) -> bool {
-                // Of 16 bits there are two types: analog values have a sign.
+                // Two types have 16 bits: analog values are signed.
                 let is_narrow = $Integer::BITS == 16;
                 let is_other = row.kind == Kind::Word && is_narrow && row.is_analog != ($Integer::MIN != 0);
                 <$Integer as HostType<$Version>>::holds(row.kind) && !is_other
@@ -40,7 +40,8 @@ macro_rules! integers {
                 if !<$Integer as HostType<$Version>>::holds(kind) {
                     return None;
                 }
-                // A DWORD in 32 bits with sign is the integer with its bits; so is a WORD without sign.
+                // A DWORD read as a signed 32-bit integer has the same bits, as does a WORD read as an unsigned
+                // integer.
                 Some(exact(value)? as $Integer)
             }
 
@@ -65,7 +66,7 @@ integers! {
     u64 in Wide: ULInt LWord;
 }
 
-/// Types that hold nothing in a version.
+/// Types that hold no kind of value with a choice of types.
 macro_rules! unused {
     ($($Type:ident in $Version:ident),*) => { $(
         impl HostType<$Version> for $Type {

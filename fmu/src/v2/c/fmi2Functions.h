@@ -1,4 +1,5 @@
-/* What of FMI 2.0 for co-simulation the door in C needs, for those who have no header of FMI. It is not in the FMUs. */
+/* The declarations of FMI 2.0 for co-simulation that the C door needs, for users without the FMI headers. Not packed
+   into FMUs. */
 #ifndef fmi2Functions_h
 #define fmi2Functions_h
 

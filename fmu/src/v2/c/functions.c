@@ -9,7 +9,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean on, size_t co
     PLCFMU_ANSWER(SetDebugLogging, plcfmu_set_debug_logging(c, on, count, names));
 }
 
-/* Why there is no instance. */
+/* Checks the arguments for a new instance. */
 static fmi2Status plcfmu_check_arguments(plcfmu_component_t *c, fmi2String name, fmi2Type type, fmi2String guid) {
     if (plcfmu_check_name(c, name) != fmi2OK) {
         return fmi2Error;
@@ -64,13 +64,13 @@ fmi2Status fmi2Reset(fmi2Component instance) {
     PLCFMU_ANSWER(Reset, plcfmu_reset(c));
 }
 
-/* --- Reading and writing variables: of type 0 Real, 1 Integer, 2 Boolean. As Reals, there are all of them: TRUE is 1 */
+/* --- Reading and writing variables: type 0 Real, 1 Integer, 2 Boolean. All can be accessed as Reals: TRUE is 1 */
 
 static fmi2Status plcfmu_check_type(plcfmu_component_t *c, u32_t row, int of, const char *access) {
     return of == 0 && row < PLCFMU_ROWS ? fmi2OK : plcfmu_check(&c->text, row, of, access);
 }
 
-/* Says once that a variable of another type was read or written as a Real. */
+/* Advises the host, once, that a variable of another type was read or written as a Real. */
 static fmi2Status plcfmu_tell_conversion(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, int of) {
     size_t i;
     for (i = 0; of == 0 && i < count && !c->is_conversion_advised && (c->logged & PLCFMU_ADVICE); i += 1) {
@@ -101,14 +101,14 @@ static fmi2Status plcfmu_get(plcfmu_component_t *c, const fmi2ValueReference vr[
         if (of == 0) {
             ((fmi2Real *)values)[i] = kind == PLCFMU_DWORD ? (double)(i32_t)(u32_t)bits : plcfmu_number(kind, bits);
         } else {
-            /* A WORD is the integer of its 16 bits with sign, a DWORD that of its 32 bits. */
+            /* A WORD is its 16 bits as a signed integer, a DWORD its 32 bits. */
             ((int *)values)[i] = kind == PLCFMU_WORD ? (i16_t)(u16_t)bits : (i32_t)(u32_t)bits;
         }
     }
     return plcfmu_tell_conversion(c, vr, count, of);
 }
 
-/* The number that a host gives for a variable. */
+/* The number that the host passed for a variable. */
 static double plcfmu_given(const void *values, size_t i, int of) {
     if (of == 0) {
         return ((const fmi2Real *)values)[i];
@@ -141,7 +141,8 @@ static fmi2Status plcfmu_set(plcfmu_component_t *c, const fmi2ValueReference vr[
     return plcfmu_tell_conversion(c, vr, count, of);
 }
 
-/* The REAL in the memory that a host may read, or set, in a control cycle without any check; NULL of anything else. */
+/* The REAL in memory that a host may read, or set, in a control cycle without further checks; NULL for anything else.
+   */
 static char *plcfmu_real(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, const fmi2Real value[], int is_set) {
     const plcfmu_row_t *row;
     if (c == NULL || c->instance.state != PLCFMU_STEP_COMPLETE || count != 1 || vr == NULL || value == NULL
@@ -246,7 +247,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance, const fmi2ValueR
     }
 }
 
-/* The place of an input among those that are extrapolated. */
+/* The entry of an input among the extrapolated ones; adds one if necessary. */
 static plcfmu_extrapolation_t *plcfmu_extrapolation(plcfmu_instance_t *instance, u32_t row) {
     size_t i;
     for (i = 0; i < instance->extrapolated; i += 1) {
@@ -268,7 +269,8 @@ static int plcfmu_is_extrapolated(const plcfmu_extrapolation_t *input) {
     return is;
 }
 
-/* In the steps from now on, the program sees the inputs extrapolated from the start of the step. 0 removes a derivative. */
+/* Sets derivatives: in all further steps, the program sees the inputs extrapolated from the start of the step. 0
+   removes a derivative. */
 static fmi2Status plcfmu_set_derivatives(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count,
                                          const fmi2Integer order[], const fmi2Real value[]) {
     plcfmu_instance_t *instance = &c->instance;
@@ -339,7 +341,7 @@ fmi2Status fmi2CancelStep(fmi2Component instance) {
     PLCFMU_ANSWER(CancelStep, plcfmu_say_nothing_to_cancel(&c->text));
 }
 
-/* fmi2DoStepStatus, fmi2PendingStatus and the rest are only asked while a step is pending. */
+/* fmi2DoStepStatus, fmi2PendingStatus and the rest may only be queried while a step is pending. */
 static fmi2Status plcfmu_no_status(plcfmu_component_t *c, int kind, const void *value) {
     if (plcfmu_target(&c->text, value, "value") != fmi2OK) {
         return fmi2Error;

@@ -1,4 +1,4 @@
-/* What FMI 2.0 calls what the rest of the file uses. */
+/* FMI 2.0's definitions of the names used in the rest of the file. */
 typedef fmi2Status plcfmu_status_t;
 typedef fmi2ValueReference plcfmu_reference_t;
 typedef fmi2CallbackLogger plcfmu_logger_t;

@@ -1,4 +1,5 @@
-/* What of FMI 3.0 for co-simulation the door in C needs, for those who have no header of FMI. It is not in the FMUs. */
+/* The declarations of FMI 3.0 for co-simulation that the C door needs, for users without the FMI headers. Not packed
+   into FMUs. */
 #ifndef fmi3Functions_h
 #define fmi3Functions_h
 
@@ -6,7 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* FMI3_OVERRIDE_FUNCTION_PREFIX says that FMI3_ACTUAL_FUNCTION_PREFIX counts, or no prefix if there is none. */
+/* If FMI3_OVERRIDE_FUNCTION_PREFIX is defined, the prefix is FMI3_ACTUAL_FUNCTION_PREFIX, or none if that is undefined.
+   */
 #if !defined(FMI3_OVERRIDE_FUNCTION_PREFIX) && defined(FMI3_FUNCTION_PREFIX)
 #define FMI3_ACTUAL_FUNCTION_PREFIX FMI3_FUNCTION_PREFIX
 #endif

@@ -1,5 +1,5 @@
 
-/* --- Variables by type: an array is one of as many values as it has elements; the time is one, too ---------------------------- */
+/* --- Variables by type: an array is a variable with one value per element; the time is a variable, too ----------------------- */
 
 #define PLCFMU_TIME_REFERENCE (PLCFMU_ROWS + PLCFMU_TEXT_COUNT)
 
@@ -11,7 +11,8 @@ enum {
 
 static const size_t plcfmu_sizes[] = {4, 8, 1, 1, 2, 2, 4, 4, 8, 8, sizeof(fmi3Boolean)};
 
-/* Refuses arrays that are missing or of another length than the variables have values, and the time where it is not asked for. */
+/* Refuses arrays that are missing or whose length differs from the number of values, and the time unless `with_time`.
+   */
 static fmi3Status plcfmu_open(plcfmu_component_t *c, const fmi3ValueReference vr[], size_t count, const void *values,
                               size_t value_count, size_t size, const char *access, int with_time) {
     plcfmu_walk_t walk = plcfmu_walk(vr, count);
@@ -75,7 +76,7 @@ static fmi3Status plcfmu_get(plcfmu_component_t *c, const fmi3ValueReference vr[
             fmi3Boolean is_true = bits != 0;
             memcpy(to, &is_true, sizeof is_true);
         } else {
-            /* The low bytes come first. A WORD is a number with sign where its type has one. */
+            /* The low bytes come first. A WORD is a signed number if its type is signed. */
             i64_t number = kind == PLCFMU_WORD ? (i16_t)(u16_t)bits : bits;
             memcpy(to, &number, plcfmu_sizes[type]);
         }
@@ -83,7 +84,7 @@ static fmi3Status plcfmu_get(plcfmu_component_t *c, const fmi3ValueReference vr[
     return fmi3OK;
 }
 
-/* An integer that a host gives. */
+/* An integer passed by the host. */
 static i64_t plcfmu_integer(const char *from, int type) {
     static const u64_t signs[] = {0, 0, 0x80, 0, 0x8000, 0, 0x80000000u, 0, 0, 0, 0};
     u64_t bits = 0;
@@ -91,7 +92,8 @@ static i64_t plcfmu_integer(const char *from, int type) {
     return (i64_t)((bits ^ signs[type]) - signs[type]);
 }
 
-/* The bits of a value that a host gives; NULL, or the range of the PLC's type if it lies outside. */
+/* Converts a value passed by the host to bits. Returns NULL, or the range of the PLC's type if the value is outside it.
+   */
 static const char *plcfmu_given(const char *from, int type, int kind, i64_t *bits) {
     int is_inside = 1;
     if (type == PLCFMU_FLOAT32) {
@@ -110,11 +112,11 @@ static const char *plcfmu_given(const char *from, int type, int kind, i64_t *bit
         }
         return plcfmu_bits_of(number, kind, bits);
     } else if (type == PLCFMU_BOOLEAN) {
-        /* Any byte but 0 is true, which a C compiler does not know of its type for truth values. */
+        /* Any byte other than 0 is true, although a C compiler may assume that a bool is 0 or 1. */
         *bits = plcfmu_integer(from, type) != 0 ? 1 : 0;
     } else {
         i64_t number = plcfmu_integer(from, type);
-        /* An integer of 64 bits, and a TIME, has the values of the PLC's type. */
+        /* A 64-bit integer and a TIME have the same range as the PLC's type. */
         if (plcfmu_kinds[kind].size < 8 && kind != PLCFMU_TIME) {
             is_inside = (double)number >= plcfmu_kinds[kind].lowest && (double)number <= plcfmu_kinds[kind].highest;
         }
@@ -123,7 +125,7 @@ static const char *plcfmu_given(const char *from, int type, int kind, i64_t *bit
     return is_inside ? NULL : plcfmu_kinds[kind].takes;
 }
 
-/* A value that a host gives, in a message. */
+/* Writes a value passed by the host to a message. */
 static void plcfmu_say_given(plcfmu_text_t *text, const char *from, int type) {
     float single;
     double number;
@@ -186,7 +188,7 @@ static fmi3Status plcfmu_set_texts(plcfmu_component_t *c, const fmi3ValueReferen
 
 /* --- The 75 functions of FMI 3.0 ------------------------------------------------------------------------------------------- */
 
-/* What functions answer for which the FMU has nothing. */
+/* The answer of functions for variable types that the FMU does not have. */
 static fmi3Status plcfmu_nothing(plcfmu_component_t *c, size_t count, const char *what) {
     return count == 0 ? fmi3OK : plcfmu_say_none_of_this_type(&c->text, what);
 }
@@ -199,7 +201,7 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t cou
     PLCFMU_ANSWER(SetDebugLogging, plcfmu_set_debug_logging(c, on, count, names));
 }
 
-/* There are no instances of another kind of simulation. */
+/* Logs that the FMU does not support this kind of simulation. */
 static fmi3Instance plcfmu_refuse_kind(int function, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger) {
     plcfmu_text_t text = {0, {0}};
     plcfmu_say(&text, plcfmu_functions[function].name);
@@ -340,7 +342,8 @@ fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference vr[], si
     }
 }
 
-/* The variables that an output depends on: none after the start, before it what a restart reads. NULL, and a refusal, if it is none. */
+/* The variables that an output depends on: none after the start; before it, those that a restart reads. Refuses and
+   returns NULL if the reference is not an output. */
 static const plcfmu_part_t *plcfmu_dependencies(plcfmu_component_t *c, u32_t reference) {
     static const plcfmu_part_t none = {0, 0};
     int is_before = c->instance.state == PLCFMU_INSTANTIATED || c->instance.state == PLCFMU_INITIALIZATION;

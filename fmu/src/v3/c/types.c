@@ -1,4 +1,4 @@
-/* What FMI 3.0 calls what the rest of the file uses. */
+/* FMI 3.0's definitions of the names used in the rest of the file. */
 typedef fmi3Status plcfmu_status_t;
 typedef fmi3ValueReference plcfmu_reference_t;
 typedef fmi3LogMessageCallback plcfmu_logger_t;
