@@ -1,8 +1,7 @@
-//! The Bode plot of an open loop: the controller as its block computes it, call by call, with a plant's model.
+//! The Bode plot of an open loop: the controller as its block computes it, call by call, with a plant model.
 //!
-//! The plotted response and the margins read off it are those of [`margins`]. The settings are those that the block
-//! uses after it has raised them: TI and TM_LAG to at least half the time between two calls of the controller, TD to at
-//! least the whole time.
+//! The response and its margins are computed by [`margins`]. The settings are those that the block actually uses: it
+//! raises TI and TM_LAG to at least half the time between two calls of the controller, and TD to at least that time.
 
 use crate::identify::Model;
 use crate::margins::{self, Law, Plant};
@@ -14,7 +13,7 @@ use libm::log10;
 use run::fmus::{Fmus, Member, Values};
 use serde::{Deserialize, Serialize};
 
-/// The approximate maximum number of points of a curve.
+/// The approximate maximum number of points per curve.
 const POINTS: usize = 400;
 /// The ratio of the lowest frequency at which a margin is read to the frequency at which the plot begins.
 const BELOW: f64 = 30.0;
@@ -28,11 +27,11 @@ pub struct BodeRequest {
     pub model: Model,
     /// The controller with the settings of the first loop.
     pub controller: Member,
-    /// The settings in which each additional loop differs, such as those of a rule.
+    /// For each additional loop, the settings that differ from the first loop's, such as those of a rule.
     pub others: Vec<Values>,
 }
 
-/// Open loops over the frequencies that the calls of the controller can show.
+/// Open loops, up to the highest frequency that the controller's calls can represent.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Bode {
@@ -42,7 +41,7 @@ pub struct Bode {
     pub loops: Vec<OpenLoop>,
 }
 
-/// An open loop with its margins. A margin that is infinite is absent.
+/// An open loop with its margins. Infinite margins are absent.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct OpenLoop {
@@ -65,8 +64,8 @@ pub struct OpenLoop {
 /// Computes the open loops of a controller with a plant.
 ///
 /// # Errors
-/// The model is not that of a plant, the FMU is not a controller or lacks a setting, or its P action is off; the
-/// message names what works.
+/// The model is not a valid plant, the FMU is not a controller or lacks a setting, or its P action is off; the message
+/// states what works.
 pub fn bode(home: &dyn Fmus, request: &BodeRequest) -> Result<Bode> {
     request.model.check()?;
     let mut plotted = Vec::new();

@@ -1,4 +1,4 @@
-//! The characteristic of a pulse former: the mean of its pulses over its input, with the present settings.
+//! The characteristic of a pulse former: the mean of its pulses as a function of its input, with the present settings.
 
 use anyhow::{Context, Result, bail};
 use blocks::{Characteristic, Kind};
@@ -12,13 +12,13 @@ use run::plan::Plan;
 use run::system::{self, Setting, System, Value};
 use serde::{Deserialize, Serialize};
 
-/// The maximum number of calls for one characteristic; with longer periods it has fewer points.
+/// The maximum number of calls for one characteristic; with longer periods, it has fewer points.
 const MOST_CALLS: usize = 4_000_000;
 
 /// The minimum number of points.
 const FEWEST_POINTS: usize = 11;
 
-/// Whose.
+/// The block whose characteristics are requested.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
@@ -31,11 +31,11 @@ pub struct CharacteristicRequest {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Characteristics {
-    /// One for each characteristic of the table that sweeps another variable or shows others.
+    /// One for each characteristic in the table that differs in the swept variable or in the outputs shown.
     pub sweeps: Vec<Sweep>,
 }
 
-/// The mean of variables over an input.
+/// The means of variables as functions of an input.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Sweep {
@@ -55,7 +55,7 @@ pub struct Sweep {
 /// the swept variable or in the outputs shown.
 ///
 /// # Errors
-/// There is no such block, it rejects a setting, or a period of its pulses takes too many calls.
+/// The block does not exist or rejects a setting, or a period of its pulses takes too many calls.
 pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristics> {
     let table = home.table(&member.fmu)?;
     let table =

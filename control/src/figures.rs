@@ -24,13 +24,13 @@ use std::ops::Range;
 /// Half the width of the band in which the process value counts as settled, relative to the step; after a disturbance,
 /// relative to the step before it.
 pub const BAND: f64 = 0.02;
-/// The minimum time that the process value has to stay in the band, relative to the time since the step; otherwise, it
-/// may only be crossing the band.
+/// The minimum time that the process value must stay in the band, relative to the time since the step; otherwise, it
+/// may just be crossing the band.
 const STAY: f64 = 0.1;
-/// The end of the reason why a figure is absent.
+/// The end of a reason why a figure is absent.
 const NOT_FINITE: &str = "is NaN in some calls";
 
-/// The reason if the setpoint does not step.
+/// The reason if the setpoint does not change.
 const NO_CHANGE: &str = "the setpoint does not change in this part of the run";
 
 /// A figure of a loop. Lower is better.
@@ -46,7 +46,7 @@ pub struct Figure {
     pub unit: Unit,
     /// The usual reason why a run lacks the figure.
     pub absent: &'static str,
-    /// The signals required besides setpoint and process value.
+    /// The signals required in addition to setpoint and process value.
     pub needs: Needs,
     of: fn(&Window) -> Result<f64, String>,
 }
@@ -70,7 +70,7 @@ pub enum Unit {
     ManipulatedValue,
 }
 
-/// The signals that a figure requires besides setpoint and process value.
+/// The signals that a figure requires in addition to setpoint and process value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
     /// Nothing.
@@ -237,7 +237,7 @@ fn squared(unit: &str) -> String {
     if is_simple { format!("{unit}^2") } else { format!("({unit})^2") }
 }
 
-/// The part of a run that is evaluated.
+/// The part of a run to evaluate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Span {
     /// The beginning in seconds; by default that of the last step.
@@ -401,7 +401,7 @@ impl<'a> Window<'a> {
         events.iter().enumerate().map(window).collect()
     }
 
-    /// Returns the window of a disturbance that comes in the call `from` and has the rest of the run. `half` is half the
+    /// Returns the window of a disturbance that begins in the call `from`, up to the end of the run. `half` is half the
     /// width of the band in which the loop has recovered, in the unit of the process value.
     pub fn of_disturbance(signals: Signals<'a>, from: usize, half: f64) -> Window<'a> {
         let calls = from..signals.count();
@@ -545,8 +545,8 @@ impl<'a> Window<'a> {
         Ok(self.signals.pulses.iter().map(begins).sum())
     }
 
-    /// Returns the settled manipulated value and the time it settled, if it was constant over the last tenth of the
-    /// response.
+    /// Returns the final manipulated value and the time since which it has been constant, if it was constant over the
+    /// last tenth of the response.
     fn standstill(&self, step: f64) -> Option<(f64, f64)> {
         let first = self.signals.times.partition_point(|time| *time < step);
         let values = self.signals.manipulated_value.get(first..self.calls.end)?;
@@ -559,14 +559,14 @@ impl<'a> Window<'a> {
     }
 }
 
-/// The signals of a loop besides setpoint and process value.
+/// The signals of a loop other than setpoint and process value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoopSignals {
     /// Whether there is a manipulated value that is not just the mean of pulses.
     pub manipulated_value: bool,
     /// Whether there are pulse outputs.
     pub pulses: bool,
-    /// A disturbance.
+    /// Whether there is a disturbance.
     pub disturbance: bool,
 }
 
@@ -580,7 +580,7 @@ pub fn applicable(given: LoopSignals) -> impl Iterator<Item = &'static Figure> {
     })
 }
 
-/// Converts a title for use inside a sentence; abbreviations are left as they are.
+/// Converts a title for use inside a sentence; abbreviations stay in upper case.
 pub fn in_sentence(title: &str) -> String {
     let is_abbreviation = |word: &str| word.chars().all(|letter| letter.is_ascii_uppercase());
     let word = |word: &str| if is_abbreviation(word) { word.to_string() } else { word.to_lowercase() };
@@ -646,7 +646,7 @@ fn duration(times: &[f64], call: usize) -> f64 {
 }
 
 impl<'a> Step<'a> {
-    /// Returns the step of an event, from and to the given values if there are any.
+    /// Returns the step of an event; `given` replaces its start and end values.
     fn new(signals: &Signals<'a>, event: &Event, given: Option<(f64, f64)>) -> Result<Step<'a>, String> {
         let Event { cause, calls } = event.clone();
         if calls.is_empty() {
@@ -699,8 +699,8 @@ impl<'a> Step<'a> {
         }
     }
 
-    /// Returns the time in seconds after the step from which the process value stays in the band, or the reason why
-    /// there is none.
+    /// Returns the time in seconds after the step from which the process value stays in the band, or the reason why it
+    /// does not.
     fn settling(&self) -> Result<f64, String> {
         let (times, done) = (self.times, &self.done);
         let percent = BAND * 100.0;

@@ -1,9 +1,9 @@
-//! Identification of a plant's model from the response to a step of the manipulated value.
+//! Identification of a plant model from the response to a step of the manipulated value.
 //!
 //! The last recorded step is used: the manipulated value is constant before it and after it, as in manual mode. Before
 //! it, the process value is at rest or drifts at a constant rate. A recorded manipulated value takes effect at its
-//! time, and the process value is the one at its time, as in the recordings of a run here. If a plant's logger records
-//! both together but samples them at different times, the difference adds to the dead time.
+//! timestamp, and a process value was sampled at its timestamp, as in the recording of a run. If a plant's logger
+//! samples the two at different times but records them together, the difference adds to the dead time.
 //!
 //! - [`Method::Tangent`]: the steepest slope, over several calls if there is noise. The tangent there meets the old
 //!   level at the dead time, and the new level one time constant later.
@@ -11,8 +11,8 @@
 //!   difference.
 //! - [`Method::Area`]: the area between the response and its final level is K (T + L); the area below the response
 //!   until T + L gives T.
-//! - [`Method::LeastSquares`]: a search over the dead time; for each one, gain and time constant follow from a linear
-//!   equation for the response and its integral, and the best model is refined by least squares over all three
+//! - [`Method::LeastSquares`]: a search over the dead time; for each candidate, gain and time constant follow from a
+//!   linear equation for the response and its integral, and the best model is refined by least squares over all three
 //!   parameters. A second lag is fitted too, and kept if it explains more than the noise and the resolution of the
 //!   process value can.
 //!
@@ -50,7 +50,7 @@ const SETTLED: f64 = 0.02;
 pub struct IdentifyRequest {
     /// The recorded step.
     pub data: Data,
-    /// How.
+    /// The method.
     pub method: Method,
     /// Whether the plant integrates.
     #[serde(default)]
@@ -62,7 +62,7 @@ pub struct IdentifyRequest {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub enum Data {
-    /// In a run of the tool: the loop's manipulated value and process value.
+    /// A run of the tool: the loop's manipulated value and process value.
     Run {
         /// The run; by default the present one.
         #[serde(default)]
@@ -74,23 +74,23 @@ pub enum Data {
         #[serde(default)]
         to: Option<f64>,
     },
-    /// In a CSV file of the plant.
+    /// A CSV file recorded at the plant.
     Csv {
-        /// The text.
+        /// The text of the file.
         text: String,
-        /// The column of the time; by default found by its name.
+        /// The time column; by default recognized by its name.
         #[serde(default)]
         time: Option<String>,
-        /// The column of the manipulated value; by default found by its name.
+        /// The column of the manipulated value; by default recognized by its name.
         #[serde(default)]
         input: Option<String>,
-        /// The column of the process value; by default found by its name.
+        /// The column of the process value; by default recognized by its name.
         #[serde(default)]
         output: Option<String>,
-        /// The rows to use, in the file's seconds.
+        /// The time of the first row to use, in the file's seconds.
         #[serde(default)]
         from: Option<f64>,
-        /// The end.
+        /// The time of the last row to use, in the file's seconds.
         #[serde(default)]
         to: Option<f64>,
     },
@@ -103,7 +103,7 @@ pub enum Data {
 pub enum Method {
     /// The tangent at the point of inflection.
     Tangent,
-    /// The times of 28 % and 63 % of the response.
+    /// The times at which 28 % and 63 % of the response are reached.
     TwoPoints,
     /// The area above the response.
     Area,
@@ -113,17 +113,17 @@ pub enum Method {
 
 /// A plant: a lag with dead time, or an integrator with dead time.
 ///
-/// The gain is that between the manipulated value that leaves the controller and the process value that the controller
-/// compares with the setpoint. A model identified from a loop's signals has this gain: it includes the factors and
-/// offsets that the block applies to the process value (PV_FAC). It does not include those applied to the manipulated
-/// value inside the block (LMN_FAC); [`tune`](crate::tune) takes them into account.
+/// The gain is measured from the controller's output to the process value that the controller compares with the
+/// setpoint. A model identified from a loop's signals has this gain: it includes the factors and offsets that the block
+/// applies to the process value (PV_FAC). It does not include those applied to the manipulated value inside the block
+/// (LMN_FAC); [`tune`](crate::tune) takes them into account.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Model {
-    /// K in units of the process value per unit of the manipulated value; per second of an integrating plant.
+    /// K in units of the process value per unit of the manipulated value; per second for an integrating plant.
     pub gain: f64,
-    /// T in seconds; 0 of an integrating plant.
+    /// T in seconds; 0 for an integrating plant.
     pub time_constant: f64,
     /// A second lag in seconds, or 0.
     #[serde(default)]
@@ -135,7 +135,7 @@ pub struct Model {
     pub is_integrating: bool,
 }
 
-/// A model with how well it fits.
+/// A model and the quality of its fit.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Identified {
@@ -143,13 +143,13 @@ pub struct Identified {
     pub model: Model,
     /// The quality of the fit: 100 (1 - NRMSE) in percent.
     pub fit: f64,
-    /// The data used and the model's response, for a chart.
+    /// The times of a chart of the measured and the modelled response, in seconds.
     pub times: Vec<f64>,
     /// The measured process value.
     pub measured: Vec<f64>,
     /// The model's process value.
     pub modelled: Vec<f64>,
-    /// Remarks for the user, a sentence each.
+    /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -167,7 +167,7 @@ pub struct Recorded<'a> {
 /// Identifies the model from a recorded step.
 ///
 /// # Errors
-/// The record does not reveal the plant; the message gives the reason with numbers, and the remedy.
+/// The plant cannot be identified from the record; the message states the reason, with numbers, and the remedy.
 pub fn identify(recorded: &Recorded, method: Method, is_integrating: bool) -> Result<Identified> {
     let step = Step::new(recorded, is_integrating)?;
     let model = match (method, is_integrating) {
@@ -192,7 +192,7 @@ pub fn identify(recorded: &Recorded, method: Method, is_integrating: bool) -> Re
 /// The sampled response of a plant to a unit step of the manipulated value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
-    /// The deviation of the process value from its rest, beginning with the sample of the step.
+    /// The deviation of the process value from its value at rest, beginning with the sample of the step.
     pub values: Vec<f64>,
     /// The time between two samples in seconds.
     pub interval: f64,
@@ -201,11 +201,11 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// Extracts the response from a record with equidistant samples. The noise and the resolution of the process value
-    /// are smoothed out without affecting the response: they may dominate the changes from sample to sample.
+    /// Extracts the response from a record with equidistant samples. Noise and quantization of the process value, which
+    /// may dominate the changes from sample to sample, are smoothed out without affecting the response.
     ///
     /// # Errors
-    /// The record does not reveal the plant; the message gives the reason with numbers, and the remedy.
+    /// The plant cannot be identified from the record; the message states the reason, with numbers, and the remedy.
     pub fn new(recorded: &Recorded, is_integrating: bool) -> Result<Answer> {
         let mut step = Step::new(recorded, is_integrating)?;
         step.smooth();
@@ -239,7 +239,7 @@ impl Answer {
 /// Identifies the model from a recorded step in a CSV file.
 ///
 /// # Errors
-/// The file is malformed; the message gives line and column. Otherwise as in [`identify`].
+/// The file is malformed; the message states line and column. Otherwise, as in [`identify`].
 pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     let Data::Csv { text, time, input, output, from, to } = &request.data else {
         bail!("the data are not a CSV file");
@@ -359,7 +359,7 @@ fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
     })
 }
 
-/// Finds the minimum of a unimodal function between two numbers, with this many divisions of the interval.
+/// Finds the minimum of a unimodal function between two numbers by dividing the interval this many times.
 pub fn golden_section(low: f64, high: f64, divisions: usize, mut function: impl FnMut(f64) -> f64) -> f64 {
     let ratio = (5.0_f64.sqrt() - 1.0) / 2.0;
     let (mut low, mut high) = (low, high);

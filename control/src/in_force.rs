@@ -1,4 +1,4 @@
-//! Margins, step and load response with the settings in force and a plant's model, computed as for the rules.
+//! Margins, step response and load response of the settings in force with a plant model, computed as for the rules.
 
 use crate::bode;
 use crate::margins::{self, Plant};
@@ -8,10 +8,12 @@ use anyhow::Result;
 use run::fmus::{Fmus, Values};
 use run::system::Value;
 
-/// Computes it. Rule, structure and speed of the request do not count, and nothing is remarked.
+/// Computes the effects of the settings in force. The rule, structure and speed of the request are ignored, and there
+/// are no remarks.
 ///
 /// # Errors
-/// The FMU is not a controller, its P action is off, the model is not that of a plant, or the block cannot be simulated with it.
+/// The FMU is not a controller, its P action is off, the model is not a valid plant, or the block cannot be simulated
+/// with it.
 pub fn in_force(home: &dyn Fmus, request: &TuneRequest) -> Result<Tuned> {
     request.model.check()?;
     let controller = Controller::new(home, &request.controller)?;

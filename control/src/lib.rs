@@ -1,5 +1,5 @@
-//! Control engineering: figures of a recorded step, a plant's model, settings by tuning rules with their margins and
-//! predicted effects, reasons why a recording differs from what a block computes, and gains as other tools write them.
+//! Control engineering: figures of a recorded step, plant identification, tuning rules with the resulting margins and
+//! responses, reasons why a recording differs from a block's output, and controller gains in the forms of other tools.
 
 pub mod bode;
 pub mod characteristic;
@@ -15,7 +15,7 @@ pub mod replay;
 pub mod rules;
 pub mod tune;
 
-/// Returns the lowest and the highest of values, without those that are not a number; (∞, −∞) if there are none.
+/// Returns the lowest and the highest value, ignoring NaN; (∞, −∞) if no value remains.
 pub fn extremes<'a>(values: impl IntoIterator<Item = &'a f64>) -> (f64, f64) {
     values
         .into_iter()

@@ -3,8 +3,8 @@
 //!
 //! The controller samples the plant only at its calls, and holds its manipulated value between them. A plant is
 //! therefore represented by its process value at the calls: after a unit step of the manipulated value the process
-//! value changes by h1, h2, ..., and `P(z) = h1 z^-1 + h2 z^-2 + ...`. That holds for any linear plant, whether the
-//! steps come from a [record](Plant::of_step) or from a [model](Plant::of_model); after the last one they continue as a
+//! value changes by h1, h2, ..., and `P(z) = h1 z^-1 + h2 z^-2 + ...`. This holds for any linear plant, whether h1, h2,
+//! ... are taken from a [record](Plant::of_step) or a [model](Plant::of_model); after the last one, they continue as a
 //! geometric sequence. The controller is the law computed in each call, see [`Law`]. By the argument principle, a loop
 //! is stable if `(1 - z^-1)^k (1 + C(z) P(z))`, with k integrators, does not encircle 0 along the unit circle.
 
@@ -15,15 +15,15 @@ use libm::{atan, atan2, cos, exp, hypot, log, pow, sin};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Add, Div, Mul, Sub};
 
-/// The logarithmic distance between neighbouring frequencies: where the phase of a dead time is one radian, it turns by
-/// this fraction of a radian between them.
+/// The logarithmic spacing of the frequencies: where a dead time contributes a phase of one radian, its phase turns by
+/// this fraction of a radian from one frequency to the next.
 const DENSITY: f64 = 0.012;
-/// The maximum number of steps of a plant; beyond it, the sampling time is a multiple of that of the calls.
+/// The maximum number of samples of a plant's step response; beyond it, the response is sampled at longer intervals.
 const MOST_STEPS: usize = 20_000;
 /// The number of time constants after which a lag is at rest.
 const RESTS: f64 = 12.0;
-/// The ratio of the change in a tenth of a record to that in the tenth before it above which the plant is not a
-/// settling lag.
+/// If the ratio of the change in the last tenth of a record to that in the tenth before it is above this, the plant is
+/// not a settling lag.
 const SLOWEST: f64 = 0.95;
 /// The number of bisections that refine a crossing.
 const BISECTIONS: usize = 80;
@@ -58,11 +58,11 @@ impl Margins {
 /// d = TD/(TM_LAG + CYCLE/2) (p - w), then w = w + CYCLE/TD d
 /// ```
 ///
-/// The plant may receive only every n-th manipulated value, if the loop exchanges values more slowly than the calls.
+/// If the loop exchanges values less often than the controller is called, the plant receives only every n-th
+/// manipulated value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {
-    /// The settings, of which the magnitude of GAIN is used. The caller has to raise times that are too short for the
-    /// law.
+    /// The settings; only the magnitude of GAIN is used. The caller must raise times that are too short for the law.
     pub settings: Settings,
     /// The time between two calls in seconds.
     pub cycle: f64,
@@ -89,7 +89,7 @@ impl Law {
         sum * gain.abs()
     }
 
-    /// The time between two process values in seconds.
+    /// Returns the time between two process values in seconds.
     fn sampling(&self) -> f64 {
         self.cycle * f64::from(self.calls)
     }
@@ -123,7 +123,7 @@ impl Plant {
             (1.0, (last + before) / (2 * tenth) as f64)
         } else if last / before > 0.0 && last / before < SLOWEST {
             let ratio = pow(last / before, 1.0 / tenth as f64);
-            // The next step begins a tenth that is smaller than the last one in the same ratio.
+            // The next tenth is smaller than the last one by the same ratio; this is its first step.
             (ratio, last * (last / before) * (1.0 - ratio) / (1.0 - last / before))
         } else {
             (0.0, 0.0)
@@ -134,7 +134,7 @@ impl Plant {
         Plant { hold: plant.hold + delay, ..plant }
     }
 
-    /// Creates a plant from a model, for a controller with this time between two calls in seconds.
+    /// Creates a plant from a model, for a controller that is called every `cycle` seconds.
     pub fn of_model(model: &Model, cycle: f64) -> Plant {
         let lags = [model.time_constant, model.second_time_constant];
         let (short, long) = (lags[0].min(lags[1]), lags[0].max(lags[1]));
@@ -155,8 +155,8 @@ impl Plant {
         Plant::new(&steps, (ratio, steps[count - 1] * ratio), interval, longest, model.is_integrating)
     }
 
-    /// `tail` holds the ratio of the steps after the last one and the first of these steps; `longest` is the longest
-    /// time of the plant in seconds.
+    /// `tail` holds the ratio of successive steps after the last one, and the first of these steps; `longest` is the
+    /// longest time scale of the plant in seconds.
     fn new(steps: &[f64], tail: (f64, f64), interval: f64, longest: f64, is_integrating: bool) -> Plant {
         // The loop may be much slower than an integrating plant.
         let lowest = log(if is_integrating { 1e-5 } else { 1e-2 } / longest);
@@ -174,7 +174,7 @@ impl Plant {
     }
 }
 
-/// A point of the frequency response of an open loop, without the sign of the negative feedback.
+/// A point on the frequency response of an open loop, without the sign of the negative feedback.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// The frequency in rad/s.
@@ -186,7 +186,7 @@ pub struct Point {
 }
 
 /// Computes the open loop of a controller with a plant, up to the highest frequency that the calls can represent.
-/// `delay` is that of [`compute`].
+/// `delay` is as in [`compute`].
 pub fn open_loop(plant: &Plant, law: &Law, delay: f64) -> Vec<Point> {
     let mut phase = 0.0;
     let mut before: Option<Complex> = None;
@@ -210,17 +210,17 @@ fn responses(plant: &Plant, law: &Law, delay: f64) -> impl Iterator<Item = (f64,
     })
 }
 
-/// Returns the phase in radians with which an open loop begins: between that of three integrators and that of a
+/// Returns the phase in radians at the lowest frequency: between that of three integrators and that of a
 /// differentiator.
 fn first_phase(open: Complex) -> f64 {
     open.angle() - if open.angle() > FRAC_PI_2 { 2.0 * PI } else { 0.0 }
 }
 
-/// Computes the margins of a controller with a plant; the magnitude of the gain is used.
+/// Computes the margins of a controller with a plant; only the magnitude of the gain is used.
 ///
-/// `delay` is the delay that pulses add to the hold, half of their period, in seconds. If the plant is known for
-/// another delay, or another time between two process values than that of the law, it is corrected by the difference of
-/// the delays and half the difference of the times.
+/// `delay` is the delay that pulses add to the hold, half of their period, in seconds. If the plant was sampled with a
+/// different delay or at different intervals than those of the law, the response is corrected by the difference in
+/// delay and half the difference in interval.
 pub fn compute(plant: &Plant, law: &Law, delay: f64) -> Margins {
     let sampling = law.sampling();
     // Each integrator is a pole at 1.
@@ -256,7 +256,7 @@ pub fn compute(plant: &Plant, law: &Law, delay: f64) -> Margins {
             let part = log(amount) / (log(amount) - log(next_amount));
             least(&mut phase_margin, 180.0 + (phase + part * turn).to_degrees(), between(part));
         }
-        // Between two points the logarithm of the amplitude and the angle change linearly, which is an arc.
+        // Between two points, the angle and the logarithm of the amplitude change linearly: the curve is an arc.
         let middle = open * Complex::turned(turn / 2.0) * (next_amount / amount).sqrt();
         for (from, to) in [(open, middle), (middle, next)] {
             nearest = nearest.min(distance(from + Complex::ONE, to + Complex::ONE));
@@ -277,7 +277,7 @@ pub fn compute(plant: &Plant, law: &Law, delay: f64) -> Margins {
     }
 }
 
-/// Returns the distance of the line between two points from 0.
+/// Returns the distance from 0 to the segment between two points.
 fn distance(from: Complex, to: Complex) -> f64 {
     let way = to - from;
     let length = way.real * way.real + way.imaginary * way.imaginary;
@@ -287,7 +287,7 @@ fn distance(from: Complex, to: Complex) -> f64 {
 }
 
 /// Returns the magnitude of the ultimate gain and the period of the oscillation in seconds: the gain at which a P
-/// controller makes the loop oscillate. A plant without dead time has none, as its phase does not reach -180 degrees.
+/// controller makes the loop oscillate. A plant without dead time has none: its phase does not reach -180 degrees.
 pub fn ultimate(model: &Model) -> Option<(f64, f64)> {
     if model.dead_time <= 0.0 {
         return None;
@@ -297,7 +297,7 @@ pub fn ultimate(model: &Model) -> Option<(f64, f64)> {
 }
 
 /// Like [`ultimate`], for any plant: `plant` returns its amplitude and its phase in radians, which falls from above
-/// -180 degrees to below them at `highest`.
+/// -180 degrees to -180 degrees or less at `highest`.
 pub fn ultimate_of(highest: f64, plant: impl Fn(f64) -> (f64, f64)) -> Option<(f64, f64)> {
     if plant(highest).1 > -PI {
         return None;

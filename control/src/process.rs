@@ -1,11 +1,11 @@
-//! A plant's model in the time domain: its response to a piecewise constant input, solved in closed form. Dead time is
+//! A plant model in the time domain: its response to a piecewise constant input, solved in closed form. Dead time is
 //! exact: it need not be a multiple of any step.
 
 use crate::identify::Model;
 use libm::{exp, expm1};
 use std::collections::VecDeque;
 
-/// The state of a plant's model. Input and output are deviations from the rest position.
+/// The state of a plant model. Input and output are deviations from the rest position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Process {
     model: Model,
@@ -13,7 +13,7 @@ pub struct Process {
     time: f64,
     /// The input after the dead time.
     input: f64,
-    /// The future inputs after the dead time, with the times at which they take effect.
+    /// The inputs still within the dead time, each with the time at which it takes effect.
     on_the_way: VecDeque<(f64, f64)>,
     /// The latest input.
     last: f64,
@@ -24,12 +24,12 @@ pub struct Process {
 }
 
 impl Process {
-    /// Creates a plant at rest, at a time in seconds.
+    /// Creates a plant at rest at the given time, in seconds.
     pub fn at_rest(model: Model, time: f64) -> Process {
         Process { model, time, input: 0.0, on_the_way: VecDeque::new(), last: 0.0, first: 0.0, second: 0.0 }
     }
 
-    /// Sets the input from this time on. Calls are in chronological order.
+    /// Sets the input from this time on. Calls must be in chronological order.
     pub fn put(&mut self, time: f64, input: f64) {
         if input != self.last {
             self.last = input;
@@ -50,7 +50,7 @@ impl Process {
         self.second
     }
 
-    /// Solves the model with a constant input.
+    /// Advances the model to a time with a constant input.
     fn advance(&mut self, to: f64) {
         let duration = to - self.time;
         if duration <= 0.0 {
@@ -77,8 +77,9 @@ impl Process {
     }
 }
 
-/// Returns the deviation that a first lag leaves in the second one after `a` of the first lag's time constants and `b`
-/// of the second's: `b (exp(-a) - exp(-b)) / (b - a)`, written so that nothing cancels where both are close.
+/// Returns the fraction of the first lag's deviation that remains in the second lag after `a` of the first lag's time
+/// constants and `b` of the second's: `b (exp(-a) - exp(-b)) / (b - a)`, written to avoid cancellation if `a` is close
+/// to `b`.
 fn through(a: f64, b: f64) -> f64 {
     if a == f64::INFINITY {
         return 0.0;

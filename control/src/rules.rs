@@ -1,11 +1,12 @@
-//! The tuning rules, as formulas: from a plant's model to GAIN, TI and TD of a controller in the ideal form
+//! The tuning rules as formulas: from a plant model to GAIN, TI and TD of a controller in the ideal form
 //!
 //! ```text
 //! LMN = GAIN (1 + 1 / (TI s) + TD s / (1 + TM_LAG s)) e
 //! ```
 //!
-//! K, T and L are the model's gain, time constant and dead time; a = K L / T, and a = k' L of an integrating plant, where k' is
-//! its gain per second. The dead time is that of the whole loop: see [`tune`](crate::tune) for what is added to the plant's.
+//! K, T and L are the model's gain, time constant and dead time; a = K L / T, or a = k' L for an integrating plant,
+//! where k' is its gain per second. L is the dead time of the whole loop: [`tune`](crate::tune) lists what adds to the
+//! plant's.
 //!
 //! | rule | GAIN | TI | TD |
 //! |---|---|---|---|
@@ -25,8 +26,8 @@
 //! | AMIGO PID | (0.2 + 0.45 T/L)/K | L (0.4 L + 0.8 T)/(L + 0.1 T) | 0.5 L T/(0.3 L + T) |
 //! | AMIGO PID, integrating | 0.45 / (k' L) | 8 L | 0.5 L |
 //!
-//! A rule that knows no second lag gets a model without one, by the half rule: half of it counts as time constant, half
-//! as dead time; all of it as dead time if the plant integrates.
+//! A rule without a second lag is given a simpler model by the half rule: half of the second lag is added to the time
+//! constant and half to the dead time; if the plant integrates, all of it is added to the dead time.
 
 use crate::identify::Model;
 use crate::margins;
@@ -55,7 +56,7 @@ pub enum Rule {
     ChrDisturbance20,
     /// Skogestad.
     Simc,
-    /// Lambda: the plant's lag is compensated, the closed loop has the time constant lambda.
+    /// Lambda: TI cancels the plant's lag, and the closed loop has the time constant lambda.
     Lambda,
     /// Astroem and Haegglund.
     Amigo,
@@ -111,7 +112,7 @@ impl Settings {
 }
 
 impl Model {
-    /// Checks that the numbers can be those of a plant.
+    /// Checks that the numbers can describe a plant.
     ///
     /// # Errors
     /// A number is impossible; the message names it.
@@ -211,7 +212,7 @@ fn ideal(gain: f64, ti: Option<f64>, td: Option<f64>) -> Settings {
     Settings { gain, ti, td, tm_lag: td.unwrap_or_default() / FILTER }
 }
 
-/// Computes the rules whose GAIN is a number divided by a, and whose times are multiples of L or T.
+/// Applies a rule whose GAIN is a constant divided by a, and whose times are multiples of L or T.
 fn by_slope(rule: Rule, structure: Structure, model: &Model) -> Result<Settings> {
     let (t, l) = (model.time_constant, model.dead_time);
     let is_for_setpoint = matches!(rule, Rule::ChrSetpoint0 | Rule::ChrSetpoint20);
@@ -290,7 +291,7 @@ fn simc(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result
     }
 }
 
-/// Returns the default time constant of the closed loop that a rule aims at.
+/// Returns the default closed-loop time constant of a rule; `None` if the rule does not use one.
 pub fn closed_loop(rule: Rule, model: &Model) -> Option<f64> {
     let plain = model.without_second_lag();
     match rule {
@@ -300,15 +301,15 @@ pub fn closed_loop(rule: Rule, model: &Model) -> Option<f64> {
     }
 }
 
-/// Maps a scale from calm, 0, to fast, 1, to a time constant of the closed loop: geometrically from the larger of the
-/// plant's time constant and four dead times to one dead time.
+/// Maps a position on a scale from 0, calm, to 1, fast, to a closed-loop time constant: geometrically, from the larger
+/// of the plant's time constant and four dead times to one dead time.
 pub fn paced(pace: f64, model: &Model) -> f64 {
     let [calm, fast] = paces(model);
     calm.powf(1.0 - pace) * fast.powf(pace)
 }
 
-/// Returns the position of a closed loop's time constant on that scale, clamped to its ends; `None` without a dead
-/// time.
+/// Returns the position of a closed-loop time constant on the scale of [`paced`], clamped to its ends; `None` without a
+/// dead time.
 pub fn pace(closed_loop: f64, model: &Model) -> Option<f64> {
     let [calm, fast] = paces(model);
     let pace = (calm / closed_loop).ln() / (calm / fast).ln();

@@ -1,5 +1,5 @@
-//! The events in a run of a loop: steps of the setpoint and disturbances. Each covers the part of the run up to the
-//! next one.
+//! The events in a run of a loop: steps of the setpoint and disturbances. Each event covers the part of the run up to
+//! the next one.
 
 use super::{BAND, Signals, duration};
 use run::dialog::Roles;
@@ -16,9 +16,9 @@ use std::ops::Range;
 pub enum Cause {
     /// The start of the run, with a process value far from the setpoint.
     Start,
-    /// A change of the setpoint, in manual mode as soon as automatic mode begins.
+    /// A change of the setpoint. One made in manual mode counts when automatic mode begins.
     Setpoint,
-    /// Automatic mode, with a process value that is far from the setpoint.
+    /// The change to automatic mode, with a process value far from the setpoint.
     Automatic,
     /// A disturbance of the loop.
     Disturbance,
@@ -28,7 +28,7 @@ pub enum Cause {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Event {
     pub cause: Cause,
-    /// The calls from its first one to the next change of the setpoint, disturbance or change of the mode.
+    /// The calls from the event up to the next change of the setpoint, disturbance or change of mode.
     pub calls: Range<usize>,
 }
 
@@ -38,7 +38,7 @@ impl Event {
     }
 }
 
-/// The connections of a loop, which determine what is a disturbance. All variables are named `MEMBER.VARIABLE`.
+/// The wiring of a loop, which determines what counts as a disturbance. All variables are named `MEMBER.VARIABLE`.
 #[derive(Clone, Debug)]
 pub struct Wiring<'a> {
     /// The setpoint.
@@ -51,7 +51,7 @@ pub struct Wiring<'a> {
     pub connections: Vec<(&'a str, &'a str)>,
 }
 
-/// A value that is set while a loop runs.
+/// A value set while a loop runs.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Set {
@@ -59,14 +59,14 @@ pub struct Set {
     pub time: f64,
     /// `MEMBER.VARIABLE`
     pub variable: String,
-    /// The value; true is 1. None: another member took the place of this one.
+    /// The value; true is 1. `None` if another member replaced this one.
     pub value: Option<f64>,
     /// The value before, if it is known.
     pub before: Option<f64>,
 }
 
 impl Set {
-    /// Returns what a system sets during a run, in chronological order.
+    /// Returns the values that a system sets during a run, in chronological order.
     pub fn of_settings(settings: &[Setting]) -> Vec<Set> {
         let mut timed: Vec<(f64, &Setting)> = settings.iter().filter_map(|of| Some((of.time?, of))).collect();
         timed.sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -136,7 +136,7 @@ impl<'a> Wiring<'a> {
         let own = roles.compared_process_value().map(|name| full(self.members[0], name));
         let input = roles.process_value.as_ref().map(|name| full(self.members[0], name));
         let source = self.connections.iter().find(|(_, to)| Some(*to) == input.as_deref());
-        // The setpoint of a ramp generator has other units than the output of its drive.
+        // The setpoint of a ramp generator has a different unit from the output of its drive.
         let plants = self.members.iter().zip(&self.roles).skip(1).filter(|_| roles.compared_process_value().is_some());
         let given = plants.filter_map(|(member, roles)| Some(full(member, roles.as_ref()?.process_value.as_ref()?)));
         let named = own.into_iter().chain([self.setpoint.clone()]).chain(source.map(|(from, _)| from.to_string()));
@@ -228,7 +228,7 @@ impl Signals<'_> {
 const JUMP: f64 = 3.0;
 
 /// Whether the process value begins far from the setpoint: by at least half of its span in these calls, and by at least
-/// the settling band of its span in the whole run. Otherwise, the loop was at rest.
+/// [`BAND`] times its span in the whole run. Otherwise, the loop was at rest.
 fn is_far(setpoint: &[f64], value: &[f64], first: usize, calls: &Range<usize>) -> bool {
     let width = |values: &[f64]| {
         let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));

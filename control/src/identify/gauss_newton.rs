@@ -69,7 +69,7 @@ impl Shape {
     }
 }
 
-/// Returns the model after the iterations that improve it.
+/// Returns the iteratively improved model.
 pub(super) fn improved(step: &Step, shape: Shape, model: Model) -> Model {
     let mut best = (error(step, &response(step, &model)), model);
     let mut damping = 1e-6;

@@ -12,7 +12,7 @@ const COARSE: usize = 60;
 const FINE: usize = 25;
 /// The maximum number of samples compared; a longer record is decimated.
 const MOST_SAMPLES: usize = 10_000;
-/// The minimum fraction of the response that the record has to contain.
+/// The minimum fraction of the response that the record must contain.
 const SHOWN: f64 = 0.3;
 /// The ratios of the two lags at which the search for a second lag starts.
 const RATIOS: [f64; 4] = [0.05, 0.2, 0.5, 1.0];
@@ -24,7 +24,7 @@ const BEYOND_NOISE: f64 = 20.0;
 /// The fraction of the response below which residuals do not justify another lag.
 const MISSED: f64 = 1e-5;
 
-/// Fits one or two lags with dead time: one, unless the second explains more than noise and resolution do.
+/// Fits one or two lags with dead time: two only if the second explains more than noise and resolution do.
 pub(super) fn lags(step: &Step) -> Result<Model> {
     let samples = Samples::new(step);
     let one = lag(&samples, step)?;
@@ -34,7 +34,7 @@ pub(super) fn lags(step: &Step) -> Result<Model> {
 /// Fits a lag with dead time.
 ///
 /// From `T y'(t) + y(t) = K u(t - L)`, integrated from the step on: `y = -Y/T + (K/T) U(t - L)`, where Y and U are the
-/// integrals. Noise mainly affects y on the left-hand side, so that it hardly biases the solution.
+/// integrals. Noise mainly affects y on the left-hand side, so it hardly biases the solution.
 fn lag(samples: &Samples, step: &Step) -> Result<Model> {
     let longest = longest_dead_time(step);
     let missed =
@@ -99,8 +99,8 @@ fn memory(missed: &[f64]) -> f64 {
     1.0 + 2.0 * (1..missed.len() / 4).map(correlation).take_while(|part| *part > 0.05).sum::<f64>()
 }
 
-/// Fits an integrator with dead time, `y = k' U(t - L)`; with a lag after it, if that explains more than noise and
-/// resolution do.
+/// Fits an integrator with dead time, `y = k' U(t - L)`, and adds a lag if it explains more than noise and resolution
+/// do.
 pub(super) fn integrating(step: &Step) -> Result<Model> {
     let samples = Samples::new(step);
     let solve = |dead_time: f64| {
@@ -158,15 +158,15 @@ fn search(longest: f64, mut missed: impl FnMut(f64) -> f64) -> f64 {
     let best = (0..=COARSE).map(|at| (at, missed(at as f64 * width))).min_by(|(_, a), (_, b)| a.total_cmp(b));
     let best = best.map_or(0, |(at, _)| at) as f64 * width;
     let found = golden_section((best - width).max(0.0), (best + width).min(longest), FINE, &mut missed);
-    // The optimum of a plant without dead time lies at the edge of the interval.
+    // For a plant without dead time, the optimum is at the edge of the interval.
     if missed(0.0) <= missed(found) { 0.0 } else { found }
 }
 
-/// The samples that are compared, with the integral of the response up to each of them.
+/// The samples to compare, with the integral of the response up to each of them.
 struct Samples {
     places: Vec<usize>,
     integrals: Vec<f64>,
-    /// A step that consists of these samples only.
+    /// The step with only these samples, if there are others.
     thinned: Option<Step>,
 }
 

@@ -21,7 +21,7 @@ fn parts() -> [f64; 2] {
     [1.0 / 3.0, 1.0].map(|constants: f64| -libm::expm1(-constants))
 }
 
-/// Identifies a lag from the times of 28 % and 63 %.
+/// Identifies a lag from the times at which 28 % and 63 % of the response are reached.
 pub(super) fn two_points(step: &Step) -> Result<Model> {
     let missing = "the answer does not pass 28 % and 63 % of its way";
     let [first, second] = parts().map(|part| step.reaches(part).context(missing));
@@ -59,7 +59,7 @@ pub(super) fn integrating_tangent(step: &Step) -> Result<Model> {
     })
 }
 
-/// Returns the delay of an ideal step, with the same area, after the first change of the input.
+/// Returns the time from the first change of the input to an ideal step with the same area.
 fn delay_of_input(step: &Step) -> f64 {
     let late: f64 = step.moves.windows(2).map(|pair| (step.height - pair[0].1) * (pair[1].0 - pair[0].0)).sum();
     late / step.height
@@ -83,8 +83,8 @@ fn integral(step: &Step, to: f64, function: impl Fn(f64) -> f64) -> f64 {
     sum
 }
 
-/// Finds the steepest point of the response: the slope of a straight line through as many samples as the noise requires
-/// to know it to five percent, but through at most a tenth of the record.
+/// Finds the steepest point of the response: the slope of a straight line through as many samples as are needed to
+/// determine it to five percent despite the noise, but through at most a tenth of the record.
 fn steepest(step: &Step) -> Result<Tangent> {
     let neighbours = step.times.len().div_ceil(MOST_SAMPLES).max(1);
     let means = |values: &[f64]| {

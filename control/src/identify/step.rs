@@ -1,4 +1,4 @@
-//! Finds the step in a record, and rejects a record that does not reveal the plant.
+//! Finds the step in a record, and rejects a record from which the plant cannot be identified.
 
 use super::{Recorded, SETTLED};
 use crate::extremes;
@@ -21,8 +21,8 @@ const ABOVE_NOISE: f64 = 10.0;
 const COUNTS: f64 = 20.0;
 /// The maximum remainder of earlier movements, relative to the response.
 const AT_REST: f64 = 0.05;
-/// If the process value moves slower by this factor in the last part before the step, the part before that is an
-/// earlier movement.
+/// If the process value moves more slowly by this factor just before the step than earlier, the earlier part is another
+/// movement.
 const CALMER: f64 = 4.0;
 
 /// A step and its response: times after the step, values as deviations from the levels before it.
@@ -75,7 +75,7 @@ impl Step {
                 short(start)
             );
         }
-        // Samples long before the step are irrelevant to the rest at the step.
+        // Samples long before the step do not show whether the plant is at rest at the step.
         let begin = (found.rest..found.first).find(|at| start - times[*at] <= duration / 2.0).unwrap_or(found.first);
         let begin = if is_integrating { begin } else { calmest(times, output, begin, found.first) };
         let resting = Line::through(&times[begin..=found.first], &output[begin..=found.first], start);
@@ -107,7 +107,7 @@ impl Step {
         Ok(step)
     }
 
-    /// The time between two samples.
+    /// Returns the mean time between two samples.
     pub(super) fn interval(&self) -> f64 {
         self.duration() / (self.times.len() - 1) as f64
     }
@@ -142,7 +142,7 @@ impl Step {
         Some(self.times[before] + part * (self.times[at] - self.times[before]))
     }
 
-    /// Returns the values with most of their noise removed: means over enough neighbours to reduce it to a percent of
+    /// Returns the values with most of their noise removed: means over enough neighbours to reduce it to one percent of
     /// the response, but over at most a hundredth of the record.
     pub(super) fn smoothed(&self) -> Vec<f64> {
         let wanted = (self.noise / (0.01 * self.end().abs())).powi(2);
@@ -163,8 +163,8 @@ impl Step {
         (0..self.values.len()).map(mean).collect()
     }
 
-    /// Replaces each value by a parabola fitted through its neighbours, as long as no more than noise and rounding is
-    /// lost. The response of a plant slows down with time, so the number of neighbours grows with the time since the
+    /// Replaces each value with that of a parabola fitted to its neighbours, provided that only noise and rounding are
+    /// lost. A plant's response slows down with time, so the number of neighbours grows with the time since the
     /// response began.
     pub(super) fn smooth(&mut self) {
         let lost = self.noise.max(resolution(&self.values) / 12.0_f64.sqrt());
@@ -246,7 +246,7 @@ impl Step {
         let (drift, whole) = (resting.slope, self.duration());
         let answer = self.end();
         if is_integrating {
-            // Both slopes: the one before the step, and its change by the step.
+            // What counts is how much the step changes the slope.
             self.take_off(resting);
             if drift.abs() * whole > SETTLED * answer.abs() {
                 self.remarks.push(format!(
@@ -293,7 +293,7 @@ impl Step {
         self.before = (level, drift);
     }
 
-    /// Rejects a process value that runs into a limit: it stops abruptly while it was moving fast.
+    /// Rejects a process value that runs into a limit: one that stops abruptly while moving fast.
     fn require_room(&self) -> Result<()> {
         let last = self.values[self.values.len() - 1] + self.level(self.values.len() - 1);
         let raw = |at: usize| self.values[at] + self.level(at);
@@ -322,7 +322,7 @@ impl Step {
         Ok(())
     }
 
-    /// Whether the value before a stop lies beyond it, as noise may cause.
+    /// Whether the value before a stop is beyond it, which noise may cause.
     fn is_reversed(&self, moving: usize) -> bool {
         let end = self.values[self.values.len() - 1];
         (self.values[moving] - end) * end.signum() > 0.0
@@ -365,8 +365,8 @@ impl Line {
 }
 
 /// Returns the sample from which the process value is at rest before the step. An earlier movement that has died away,
-/// such as that of the first manual value, is excluded; a constant drift is not. `begin` is the first sample
-/// considered.
+/// such as the response to the first manual value, is excluded; a constant drift is not. `begin` is the first
+/// sample considered.
 fn calmest(times: &[f64], output: &[f64], begin: usize, step: usize) -> usize {
     let line = |begin: usize| Line::through(&times[begin..=step], &output[begin..=step], times[step]);
     let (mut calmest, mut slope) = (begin, line(begin));
@@ -458,7 +458,7 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     Ok(Move { first, last, rest, from, to })
 }
 
-/// Returns the manipulated value after the step as moves: one for each sample of the step, then its level.
+/// Returns the manipulated value after the step as moves: one for each sample of the step, then the new level.
 fn moves(input: &[f64], times: &[f64], found: &Move) -> Vec<(f64, f64)> {
     let length = found.last - found.first;
     let within = (0..length).map(|at| (times[at], input[at] - found.from));
@@ -518,7 +518,8 @@ fn parabola(values: &[f64], at: usize, reach: usize) -> f64 {
     }
     let count = (2 * reach + 1) as f64;
     let square = (reach * (reach + 1)) as f64;
-    // With n = 2 reach + 1 and m = reach (reach + 1), the weight of neighbour i is (3 (3 m - 1) - 15 i^2) / (n (4 m - 3)).
+    // With n = 2 reach + 1 and m = reach (reach + 1), the weight of neighbour i is (3 (3 m - 1) - 15 i^2) / (n (4 m -
+    // 3)).
     let weight = |i: f64| (3.0 * (3.0 * square - 1.0) - 15.0 * i * i) / (count * (4.0 * square - 3.0));
     let neighbours = values[at - reach..=at + reach].iter().enumerate();
     neighbours.map(|(place, value)| weight(place as f64 - reach as f64) * value).sum()
@@ -530,8 +531,8 @@ fn typical_change(values: &[f64]) -> f64 {
     median(&mut changes)
 }
 
-/// Returns the standard deviation of the noise, estimated from how much each sample differs from the mean of its
-/// neighbours, as far as they are known.
+/// Returns the standard deviation of the noise, estimated from the difference between each sample and the mean of its
+/// neighbours, if all three are known.
 pub(crate) fn noise(values: &[f64]) -> f64 {
     let bends = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
     let mut bends: Vec<f64> = bends.filter(|bend| bend.is_finite()).collect();
