@@ -24,10 +24,10 @@ pub const MOST_VALUES: usize = 32 << 20;
 /// The maximum number of columns.
 const MOST_COLUMNS: usize = 20_000;
 
-/// The maximum length in bytes of a line among those that are sampled.
+/// The maximum length in bytes of a sampled line.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// The columns that may have the names of loops, in lower case.
+/// The recognized headers of a column with the names of loops, in lower case.
 pub const LOOP_NAMES: [&str; 3] = ["loop", "name", "tag"];
 
 /// The meaning of the rows of a file.
@@ -43,7 +43,7 @@ enum RowsAre {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     line: usize,
-    /// The column's number, from 1, and its name; `None` if the error concerns the whole line.
+    /// The number of the column, from 1, and its name; `None` if the error concerns the whole line.
     column: Option<(usize, String)>,
     /// The message that follows "line 3" or "line 3, column 2 (PV):".
     text: String,
@@ -109,7 +109,7 @@ pub struct Column {
 
 impl Column {
     /// Reports missing values among these rows: `Line 5, column PV: no value (nor in 2 rows after it)`.
-    /// `lines` are those of the table.
+    /// `lines` holds the table's line numbers.
     pub(crate) fn missing(&self, rows: impl Iterator<Item = usize>, lines: &[usize]) -> Option<String> {
         let mut missing = rows.filter(|row| self.values[*row].is_nan());
         let first = missing.next()?;
@@ -136,7 +136,7 @@ impl Column {
 /// The times of the rows in seconds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Times {
-    /// The seconds, which never decrease. Those of a date are counted from the first row.
+    /// The seconds, which never decrease. Dates are converted to seconds after the first row.
     pub seconds: Vec<f64>,
     /// Whether the file states the unit; otherwise, it was guessed from the size of the steps.
     pub is_unit_known: bool,
@@ -153,7 +153,7 @@ impl CsvTable {
         Layout::new(text, RowsAre::Calls)?.read()
     }
 
-    /// Parses a table with a row for each loop. A column named like a variable, `FMU.VARIABLE`, may contain only
+    /// Parses a table with one row per loop. A column named like a variable, `FMU.VARIABLE`, may contain only
     /// numbers.
     ///
     /// # Errors
@@ -181,7 +181,7 @@ impl CsvTable {
         position(&written).or_else(|| position(&equal)).or_else(|| position(&alike))
     }
 
-    /// Returns the column with the first of these names that the table has.
+    /// Returns the column for the first of these names that exists in the table.
     pub fn called(&self, names: &[&str]) -> Option<&Column> {
         let short: Vec<String> = self.columns.iter().map(|column| names::short_name(&column.name)).collect();
         let place = names.iter().find_map(|name| short.iter().position(|short| short == name))?;
@@ -241,7 +241,7 @@ impl CsvTable {
     }
 }
 
-/// Returns the names of the loops in a table with a row for each; `None` if it has no such column.
+/// Returns the names of the loops in a table with one row per loop; `None` if it has no column for them.
 ///
 /// # Errors
 /// The text is not a CSV file.
@@ -378,7 +378,8 @@ impl<'a> Layout<'a> {
         let mut number = 0;
         let (mut counted, mut line) = (0, 0);
         while reader.read_record(&mut record)? {
-            // A record begins after the line ends that the reader has left before it: the second half of one, and empty lines.
+            // A record begins after the line ends that the reader left before it: the second half of a CR LF, and empty
+            // lines.
             let rest = record.position().map_or(counted, |position| position.byte() as usize);
             let begin = rest + self.text[rest..].find(|c| !matches!(c, '\r' | '\n')).unwrap_or_default();
             line += self.text[counted..begin].matches('\n').count();
@@ -447,7 +448,8 @@ impl<'a> Layout<'a> {
         if self.rows_are == RowsAre::Calls {
             clock::join(&mut columns);
         }
-        // Discarded remarks about columns with the names of loops: these hold text but are not left out.
+        // Collects the remarks on columns with the names of loops, to discard them: these hold text and are not left
+        // out.
         let mut names = Vec::new();
         for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
             let is_variable = self.rows_are == RowsAre::Loops && is_variable(&header.name);
@@ -589,7 +591,7 @@ impl Cells {
         column.context("a column of numbers has them")
     }
 
-    /// Converts the cells into a column, unless they have no numbers.
+    /// Converts the cells into a column; returns `None` if they contain no numbers.
     fn column(mut self, number: usize, header: Header, remarks: &mut Vec<String>) -> Result<Option<Column>> {
         let name = header.name;
         if self.is_merged || (header.unit.is_none() && self.numbers + self.dates + self.texts == 0) {
@@ -668,7 +670,7 @@ fn separator(text: &str) -> u8 {
         let share = if usual > 1 { 100 * equal / widths.len().max(1) } else { 0 };
         (share, separator)
     });
-    // The first among those that are nearly equally good; a decimal comma may result in more fields.
+    // The first of those that are almost equally good; a decimal comma may result in more fields.
     let best = rated.iter().map(|(share, _)| *share).max().unwrap_or(0);
     rated.iter().find(|(share, _)| *share > 0 && *share + 10 >= best).map_or(b',', |(_, separator)| *separator)
 }

@@ -1,4 +1,4 @@
-//! The gains of a PID controller in the forms that books and tools use, and as the settings of a PLC block.
+//! The gains of a PID controller in the forms used by textbooks and tools, and as the settings of a PLC block.
 //!
 //! All forms are ways of writing one transfer function from the error to the manipulated value, with `s` in 1/s:
 //!
@@ -13,7 +13,7 @@
 //! C(s) = GAIN (1 + 1 / (TI s) + TD s / (1 + TM_LAG s))                                              (2)
 //! ```
 //!
-//! Both are the same function if the factors of each term are:
+//! Both are the same function if the factors of each term agree:
 //!
 //! ```text
 //! GAIN = Kp,  GAIN / TI = Ki,  GAIN TD = Kd,  TM_LAG = Tf   so that   TI = Kp / Ki,  TD = Kd / Kp
@@ -21,29 +21,29 @@
 //!
 //! **N.** Two definitions of the filter go by the same letter:
 //!
-//! - Relative to the derivative time, `Td s / (1 + (Td / N) s)`: the step response of the D action is N times that of the P
-//!   action, and N has no unit. `Tf = Td / N`, thus `TM_LAG = TD / N`, with `TD = Kd / Kp` also where the gains are
-//!   parallel.
-//! - Simulink's filter coefficient, `D N / (1 + N / s)`. Times `s / s`, this is `D N s / (s + N)`, and divided by N above and
-//!   below `D s / (1 + s / N)`: a lag of 1 / N seconds, whatever the gains are. N is in 1/s, and `TM_LAG = 1 / N`.
+//! - Relative to the derivative time, `Td s / (1 + (Td / N) s)`: the step response of the D action is N times that of
+//!   the P action, and N has no unit. `Tf = Td / N`, thus `TM_LAG = TD / N`, with `TD = Kd / Kp` for parallel gains as
+//!   well.
+//! - Simulink's filter coefficient, `D N / (1 + N / s)`. Multiplied by `s / s`, this is `D N s / (s + N)`, or
+//!   `D s / (1 + s / N)`: a lag of 1 / N seconds, regardless of the gains. N is in 1/s, and `TM_LAG = 1 / N`.
 //!
-//! **Series form.** `C(s) = Kc (1 + 1 / (Ti s)) (1 + Td s / (1 + Tf s))`, with `Tf = Td / N`. Multiplied out, it has the term
-//! `(Td / Ti) / (1 + Tf s)`, and `1 / (1 + Tf s) = 1 - Tf s / (1 + Tf s)`. Sorted as in (1):
+//! **Series form.** `C(s) = Kc (1 + 1 / (Ti s)) (1 + Td s / (1 + Tf s))`, with `Tf = Td / N`. Multiplied out, it has
+//! the term `(Td / Ti) / (1 + Tf s)`, and `1 / (1 + Tf s) = 1 - Tf s / (1 + Tf s)`. Sorted as in (1):
 //!
 //! ```text
 //! Kp = Kc (1 + Td / Ti),  Ki = Kc / Ti,  Kd = Kc Td (1 - Tf / Ti)
 //! TI = Ti + Td,  TD = Td (Ti - Tf) / (Ti + Td),  TM_LAG = Tf
 //! ```
 //!
-//! In the other direction, `Td = TI - Ti` in the equation for TD yields a quadratic equation for Ti:
+//! In the other direction, substituting `Td = TI - Ti` into the equation for TD yields a quadratic equation for Ti:
 //!
 //! ```text
 //! Ti^2 - (TI + TM_LAG) Ti + TI (TD + TM_LAG) = 0
 //! Ti   = (TI + TM_LAG + sqrt((TI - TM_LAG)^2 - 4 TI TD)) / 2
 //! ```
 //!
-//! The other root exchanges the roles of Ti and Td. Without a filter there is a solution if TI >= 4 TD: a series form has
-//! two real zeros, and below that bound the zeros of (2) are complex.
+//! The other root exchanges the roles of Ti and Td. Without a filter there is a solution if TI >= 4 TD: a series form
+//! has two real zeros, and below that bound the zeros of (2) are complex.
 //!
 //! **P off.** A controller with Kp = 0 has no times TI and TD. The block then has P_SEL = FALSE, GAIN = 1 (or -1),
 //! TI = 1 / |Ki| and TD = |Kd|.
@@ -137,8 +137,8 @@ impl Form {
         }
     }
 
-    /// Returns the names of the form's parameters, in the order of printing. Times are in seconds. N and Tf are
-    /// alternatives; a controller without I or D action lacks the respective parameters.
+    /// Returns the names of the form's parameters, in the order in which they are printed. Times are in seconds. N and
+    /// Tf are alternatives; a controller without I or D action lacks the respective parameters.
     pub const fn names(self) -> &'static [&'static str] {
         match self {
             Form::Plc => &["GAIN", "TI", "TD", "TM_LAG", "P_SEL", "I_SEL", "D_SEL"],
@@ -225,7 +225,7 @@ impl Given<'_> {
 }
 
 impl Controller {
-    /// Creates the controller from these numbers, named as in the form, ignoring case.
+    /// Creates a controller from numbers with the names of the form, ignoring case.
     ///
     /// # Errors
     /// One sentence: a name that the form does not have, a missing or impossible number, or a controller that no block
@@ -313,7 +313,7 @@ impl Controller {
     }
 
     /// Returns the controller's numbers in a form, with their names. Those of an action that is off are left out. A
-    /// filter is given by N where the form has it.
+    /// filter is specified by N if the form has it.
     ///
     /// # Errors
     /// One sentence: the reason why the form cannot express the controller.
@@ -333,7 +333,7 @@ impl Controller {
                 "the D action has no filter, and Simulink's always has one: give a filter time above 0 s".into()
             );
         }
-        // A number that belongs to an action that is off is meaningless.
+        // The numbers of an action that is off are meaningless.
         let some = |name: &'static str, value: Option<f64>| value.map(|value| (name, value));
         let filter = |n: Option<f64>| is_filtered.then_some(n).flatten();
         let relative = filter(derivative_time.filter(|_| proportional != 0.0).map(|time| time / lag));
@@ -409,7 +409,7 @@ impl Controller {
     fn series(&self) -> Result<(f64, Option<f64>, Option<f64>), String> {
         let (gain, reset_time, derivative_time) = self.times();
         let (Some(ti), Some(td)) = (reset_time, derivative_time) else {
-            // Without I or D action one factor is 1, so the forms are identical.
+            // Without I or D action, one factor is 1, so the forms are identical.
             return Ok((gain, reset_time, derivative_time));
         };
         let discriminant = (ti - self.lag).powi(2) - 4.0 * ti * td;
@@ -588,7 +588,7 @@ fn real(name: &str, number: f64, remarks: &mut Vec<String>) -> Result<f32, Strin
     if number != 0.0 && real == 0.0 {
         return Err(format!("{name} = {number:e} is too small for a REAL: it would become 0"));
     }
-    // The REAL nearest to 0.1 prints as 0.1, which is what a user expects.
+    // The REAL nearest to 0.1 prints as 0.1, as a user expects.
     if real.to_string().parse() != Ok(shown(number)) {
         remarks.push(format!("{name} = {} becomes the REAL {real}", shown(number)));
     }

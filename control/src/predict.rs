@@ -1,22 +1,22 @@
-//! The simulated loop: the real block with a plant's model, after a step of the setpoint.
+//! The simulated loop: the real block with a plant model, after a step of the setpoint.
 //!
 //! The block is called as in a run of the tool: every CYCLE, before the plant, which then advances by one CYCLE with
-//! the manipulated value held. First the loop is brought to rest in manual mode, with a manual value of 50 % if the
-//! block has one and the user specifies no other; the plant starts at rest with the resulting output of the block. Then
-//! the controller goes to automatic mode, and the setpoint steps. By default the step is 10 % times the plant's gain,
-//! so that the manipulated value finally moves by 10 %. For an integrating plant it is 10 % divided by GAIN, so that
-//! the manipulated value moves by 10 % at first.
+//! the manipulated value held. First, the loop is brought to rest in manual mode. If the block has a manual value, it
+//! is 50 % unless the user specifies another; the plant starts at rest with the resulting output of the block. Then the
+//! controller is switched to automatic mode, and the setpoint steps. By default, the step is 10 % times the plant's
+//! gain, so that the manipulated value finally moves by 10 %. For an integrating plant, it is 10 % divided by GAIN, so
+//! that the manipulated value initially moves by 10 %.
 //!
-//! After a load, the loop has recovered once it stays in the band used for a run: that of the run's last step, which
-//! the request contains. Without a run it is that of the default step, so that the size of the predicted step does not
-//! affect the figures of a load.
+//! After a load, the loop has recovered once it stays in the same band as in a run, which depends on the run's last
+//! step and is part of the request. Without a run, the band is that of the default step, so that the size of the
+//! predicted step does not affect the figures of a load.
 //!
-//! The rows are those of a run of the loop. Where all members act at once, a row holds the controller's output of the
-//! previous call beside the setpoint of the current one: a run of this loop lags the plant by that call, and so does
-//! the prediction. A model identified in the loop also contains this delay of one call in its dead time.
+//! The rows are those of a run of the loop. If all members run in parallel, a row holds the controller's output of the
+//! previous call next to the setpoint of the current one: a run of this loop lags by one call, and so does the
+//! prediction. A model identified in the loop includes this delay of one call in its dead time.
 //!
 //! Pulses drive the model directly, as 100 %, 0 or -100 %. The pulses of a step controller move a valve, which starts
-//! in the middle and takes the motor time from stop to stop.
+//! at mid-travel and takes the motor time from stop to stop.
 
 use crate::extremes;
 use crate::figures::{BAND, OVERSHOOT, SETTLING, Signals, Span, Window, find};
@@ -37,25 +37,26 @@ use std::collections::BTreeMap;
 
 /// The manual value before the step, in percent.
 const MANUAL: f64 = 50.0;
-/// The step of the setpoint, as percent of the manipulated value.
+/// The movement of the manipulated value that the default setpoint step causes, in percent.
 const STEP: f64 = 10.0;
-/// The maximum number of calls simulated.
+/// The size of the load, in percent of the manipulated value.
 const LOAD: f64 = 10.0;
-/// At most this many calls are simulated.
+/// The maximum number of calls to simulate.
 const MOST_CALLS: usize = 200_000;
-/// Factors by which the simulated time is extended, one after the other, until the loop is at rest.
+/// The factors by which the simulated time is extended in turn until the loop is at rest.
 const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];
 /// Extensions up to this factor are always allowed; longer ones only if the plant itself is slower.
 const SURELY_LONGER: usize = 4;
 /// A manipulated value that is the same in more than this fraction of the later calls is at a limit.
 const STAYS: f64 = 0.9;
-/// This many calls before and after the step are all shown; of the later ones, at most four times as many.
+/// The number of calls before and after the step that are all shown; of the later calls, at most four times as many
+/// are.
 const ALL_SHOWN: usize = 200;
 /// The names of the two members.
 const CONTROLLER: &str = "CONTROLLER";
 const PROCESS: &str = "PROCESS";
 
-/// The variables of the process; their places are their value references.
+/// The variables of the process; their indices are their value references.
 const INPUT: u32 = 0;
 const UP: u32 = 1;
 const DOWN: u32 = 2;
@@ -79,20 +80,20 @@ struct Plant {
     level: f64,
     /// The scaling from a process value to a word of an analog input: word = (value - offset) / factor.
     scaling: Option<(f64, f64)>,
-    /// The time in which a valve moves from stop to stop; `None` if the input acts on the model directly.
+    /// The time that a valve takes from stop to stop; `None` if the input acts on the model directly.
     motor_time: Option<f64>,
     /// The time from which a load is added to the input, and its size.
     load: Option<(f64, f64)>,
     /// The time until which the plant is kept at rest, and the time before it over which its input is averaged.
     rest: (f64, f64),
-    /// The sum of the inputs in that time, and how many there were.
+    /// The sum and the number of the inputs in that time.
     resting: (f64, f64),
-    /// Values of all variables; true is 1.
+    /// The values of all variables; true is 1.
     values: [f64; VARIABLES.len()],
 }
 
 impl Plant {
-    /// Moves the valve; returns the input of the model from `time` on.
+    /// Moves the valve during a step of `size` seconds and returns the mean input of the model.
     fn drive(&mut self, size: f64) -> f64 {
         let pulses = 100.0 * (self.values[UP as usize] - self.values[DOWN as usize]);
         let Some(motor_time) = self.motor_time else {
@@ -149,7 +150,7 @@ impl Component for Plant {
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
         let input = self.drive(size);
         let (until, length) = self.rest;
-        // Half a step, so that rounding does not matter.
+        // A tolerance of half a step makes rounding irrelevant.
         if time < until - size / 2.0 {
             if time >= until - length - size / 2.0 {
                 self.resting = (self.resting.0 + input, self.resting.1 + 1.0);
@@ -190,7 +191,7 @@ fn description() -> Description {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Schedule {
     cycle: f64,
-    /// The first call in automatic mode, from which on the plant is free.
+    /// The first call in automatic mode, from which on the plant responds.
     automatic: usize,
     /// The call with the new setpoint.
     step: usize,
@@ -231,10 +232,10 @@ impl Schedule {
         Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted })
     }
 
-    /// The schedule of a step whose response lasts this many seconds.
+    /// Returns the schedule of a step whose response lasts this many seconds.
     ///
     /// # Errors
-    /// It was measured for too long.
+    /// The response lasts too long.
     fn lasting(controller: &Controller, request: &TuneRequest, values: &Values, duration: f64) -> Result<Schedule> {
         let dead_time = request.model.dead_time + controller.cycle() / 2.0;
         let schedule = Schedule::new(controller, request, dead_time, values, 1)?;
@@ -253,7 +254,7 @@ impl Schedule {
 /// Remarks about a prediction for the user.
 #[derive(Debug, Default)]
 pub struct Told {
-    /// A sentence each.
+    /// The remarks, one sentence each.
     pub remarks: Vec<String>,
     /// The reasons for missing metrics, as in [`Tuned::absent`](crate::tune::Tuned::absent).
     pub absent: BTreeMap<String, String>,
@@ -262,7 +263,7 @@ pub struct Told {
 /// Simulates the loop with these settings.
 ///
 /// # Errors
-/// Why the block cannot be simulated with a model.
+/// The reason why the block cannot be simulated with a model.
 pub fn predict(
     home: &dyn Fmus,
     controller: &Controller,
@@ -291,9 +292,9 @@ pub fn predict(
     Ok((predicted, told))
 }
 
-/// Evaluates the loop over the usual time or, if it is not at rest by then, over the first longer time in which it
-/// comes to rest. A calm loop takes longer after a load than after a setpoint step, and a fast one at the limit of its
-/// manipulated value takes as long as its plant; one that oscillates never comes to rest.
+/// Evaluates the loop over the usual time or, if it is not at rest by then, over the first longer time within which it
+/// comes to rest. A calm loop takes longer after a load than after a setpoint step, a fast loop whose manipulated value
+/// is at its limit takes as long as its plant, and an oscillating loop never comes to rest.
 fn resting<'a, T>(
     request: &TuneRequest,
     simulate: impl Fn(usize) -> Result<Simulation<'a>>,
@@ -329,14 +330,14 @@ pub struct Forecast {
     pub manipulated_value: Vec<f64>,
     /// The time between two calls in seconds.
     pub cycle: f64,
-    /// Its figures by key, as far as they exist.
+    /// The figures that exist, by key.
     pub figures: Vec<(&'static str, f64)>,
 }
 
 /// Predicts a step over the time for which it was measured, in seconds, so that the figures are comparable.
 ///
 /// # Errors
-/// As [`predict`].
+/// As in [`predict`].
 pub fn forecast(
     home: &dyn Fmus,
     controller: &Controller,
@@ -358,11 +359,11 @@ pub fn forecast(
     Ok(Forecast { process_value: process_value[step..].to_vec(), manipulated_value, cycle, figures })
 }
 
-/// Predicts the figures of a disturbance, by their keys: a load of this size at the plant's input, in the unit of the manipulated value,
-/// for as long as a run had it, in seconds. The band of the recovery is that of the request.
+/// Predicts the figures of a disturbance, by key: a load of `size` at the plant's input, in the unit of the manipulated
+/// value, over the `duration` for which it was present in a run, in seconds. The request specifies the recovery band.
 ///
 /// # Errors
-/// As [`predict`].
+/// As in [`predict`].
 pub fn forecast_load(
     home: &dyn Fmus,
     controller: &Controller,
@@ -388,16 +389,16 @@ struct Simulation<'a> {
     setpoint: &'a str,
     level: f64,
     height: f64,
-    /// The manipulated value that holds the plant.
+    /// The manual value at which the plant rests.
     manual: f64,
-    /// Half the width of the band in which it has recovered from a load.
+    /// Half the width of the band in which the loop has recovered from a load.
     band: f64,
     /// When the predicted loop exchanges its values.
     exchange: Exchange,
 }
 
 impl<'a> Simulation<'a> {
-    /// The loop over a multiple of the usual time.
+    /// Creates a simulation of the loop over a multiple of the usual time.
     fn longer(
         home: &'a dyn Fmus,
         controller: &'a Controller,
@@ -480,8 +481,8 @@ impl<'a> Simulation<'a> {
         })
     }
 
-    /// The sign of the load that leaves the manipulated value more room to compensate: 1 if it has to go down, -1 if
-    /// up.
+    /// Returns the sign of the load for which the manipulated value has more room to compensate: 1 if it must fall, -1
+    /// if it must rise.
     fn roomier(&self) -> f64 {
         let Some((high, low)) = &self.controller.roles.limits else { return 1.0 };
         let [above, below] =
@@ -489,13 +490,14 @@ impl<'a> Simulation<'a> {
         if below >= above { 1.0 } else { -1.0 }
     }
 
-    /// The rows of setpoint, process value and manipulated value with a load of this size at the time of the step.
+    /// Returns the rows of setpoint, process value and manipulated value with a load of this size at the time of the
+    /// step.
     fn load(&self, size: f64) -> Result<Vec<[f64; 3]>> {
         let load = Some((self.schedule.time(self.schedule.step), size));
         self.rows(&self.system, Plant { load, ..self.plant.clone() })
     }
 
-    /// The rows with the step of the setpoint.
+    /// Returns the rows with the step of the setpoint.
     fn step(&self) -> Result<Vec<[f64; 3]>> {
         let mut system = self.system.clone();
         let time = Some(self.schedule.time(self.schedule.step));
@@ -518,7 +520,7 @@ impl<'a> Simulation<'a> {
 }
 
 impl Load {
-    /// The figures after the load step of a loop whose setpoint stays: those that a run has after a disturbance.
+    /// Evaluates a load step at a constant setpoint, with the figures that a run has after a disturbance.
     fn new(rows: &[[f64; 3]], schedule: &Schedule, band: f64, size: f64) -> Load {
         let of = figures_after(rows, schedule, band);
         let figure = |key: &str| of.iter().find(|(name, _)| *name == key).map(|(_, value)| *value);
@@ -533,7 +535,7 @@ impl Load {
     }
 }
 
-/// The figures of a disturbance that comes at the time of the step, by their keys.
+/// Returns the figures of a disturbance at the time of the step, by key.
 fn figures_after(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Vec<(&'static str, f64)> {
     let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
     let [setpoint, process_value] = [0, 1].map(|column| rows.iter().map(|row| row[column]).collect::<Vec<f64>>());
@@ -542,8 +544,8 @@ fn figures_after(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Vec<(&'st
     window.figures().filter_map(|figure| Some((figure.key, figure.value(&window).ok()?))).collect()
 }
 
-/// The reason why the process value does not recover after a load. At a limit, which it leaves now and then as the
-/// process value moves, the manipulated value cannot compensate.
+/// Returns the reason why the process value does not recover after a load. The manipulated value cannot compensate
+/// while it is at a limit, even if it briefly leaves the limit as the process value moves.
 fn unrecovered(rows: &[[f64; 3]], controller: &Controller) -> String {
     let later: Vec<f64> = rows[rows.len() / 2..].iter().map(|[_, _, manipulated_value]| *manipulated_value).collect();
     let last = later.last().copied().unwrap_or_default();
@@ -554,8 +556,8 @@ fn unrecovered(rows: &[[f64; 3]], controller: &Controller) -> String {
     find("recovery").map(|figure| figure.absent).unwrap_or_default().into()
 }
 
-/// The default step of the setpoint, in units of the process value: a tenth of the change of the process value over 100
-/// % of the manipulated value; for an integrating plant, the step that moves the manipulated value by 10 % at first.
+/// Returns the default step of the setpoint, in the unit of the process value: [`STEP`] percent times the plant's gain;
+/// for an integrating plant, the step that initially moves the manipulated value by [`STEP`] percent.
 fn usual_height(request: &TuneRequest, gain: Option<&Value>) -> f64 {
     match gain {
         Some(Value::Number(gain)) if request.model.is_integrating => STEP / gain,
@@ -563,7 +565,8 @@ fn usual_height(request: &TuneRequest, gain: Option<&Value>) -> f64 {
     }
 }
 
-/// About this height, to a setpoint with two digits of it: 7.87 above 50.13 to 58.
+/// Adjusts the height of a step so that its target is rounded to the height's second significant digit: 7.9 above 50.13
+/// becomes 7.87, a step to 58.
 fn to_round_target(level: f64, height: f64) -> f64 {
     let digit = 10f64.powf(height.abs().log10().floor() - 1.0);
     let target = ((level + height) / digit).round() * digit;
@@ -576,12 +579,12 @@ struct Terminal {
     name: String,
     /// Whether it is an analog input word.
     is_word: bool,
-    /// Switches without which it has no effect.
+    /// The switches that it needs to take effect.
     switches: Vec<(String, bool)>,
 }
 
 impl Terminal {
-    /// The input of the process value that is in use; if that cannot be connected, the usual one, with its switches.
+    /// Finds the process value input in use; if that cannot be connected, the usual one, with its switches.
     fn new(controller: &Controller) -> Result<Terminal> {
         let peripheral = controller.roles.signals.iter().filter(|(meaning, _)| meaning.starts_with("process value"));
         let names = controller.roles.process_value.iter().chain(peripheral.map(|(_, name)| name));
@@ -601,7 +604,7 @@ impl Terminal {
         Ok(Terminal { name: (*name).clone(), is_word, switches })
     }
 
-    /// A remark about switches that are set for the simulation only.
+    /// Returns a remark about switches set only for the simulation.
     fn remark(&self) -> Option<String> {
         let state = |(name, is_on): &(String, bool)| format!("{name} = {}", if *is_on { "TRUE" } else { "FALSE" });
         let switches: Vec<String> = self.switches.iter().map(state).collect();
@@ -615,7 +618,7 @@ fn setting(name: &str, value: Value) -> Setting {
     Setting { variable: format!("{CONTROLLER}.{name}"), value, time: None, is_preliminary: false, place: None }
 }
 
-/// The loop with all settings except the step of the setpoint.
+/// Returns the loop with all settings except the setpoint step.
 fn system(
     controller: &Controller,
     values: &Values,
@@ -666,7 +669,7 @@ fn system(
     })
 }
 
-/// The recorded rows: setpoint, process value, manipulated value.
+/// Runs the simulation and returns the recorded rows: setpoint, process value, manipulated value.
 fn simulate(plan: &Plan, components: Vec<Box<dyn Component>>) -> Result<Vec<[f64; 3]>> {
     let mut run = Run::begin(plan, components, None)?;
     let mut rows = Vec::with_capacity(plan.steps);
@@ -679,7 +682,7 @@ fn simulate(plan: &Plan, components: Vec<Box<dyn Component>>) -> Result<Vec<[f64
     Ok(rows)
 }
 
-/// The rows that the page draws: from shortly before the step on.
+/// Returns the prediction that the page draws, beginning shortly before the step, and remarks on it.
 fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height: f64) -> (Predicted, Told) {
     let begin = schedule.automatic;
     let manipulated_value = averaged(rows, controller.period_in_calls(schedule.cycle)).split_off(begin);
@@ -732,7 +735,7 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
     (predicted, Told { remarks, absent })
 }
 
-/// The manipulated value averaged over the last `length` calls; fewer at the beginning.
+/// Returns the manipulated value averaged over the last `length` calls; over fewer at the beginning.
 fn averaged(rows: &[[f64; 3]], length: usize) -> Vec<f64> {
     let mean = |end: usize| {
         let part = &rows[(end + 1).saturating_sub(length)..=end];
@@ -741,7 +744,8 @@ fn averaged(rows: &[[f64; 3]], length: usize) -> Vec<f64> {
     (0..rows.len()).map(mean).collect()
 }
 
-/// Says when the manipulated value stays at its extreme after the step: the loop is slower than a linear one then.
+/// Returns a remark if the manipulated value stays at its extreme after the step: the loop is then slower than a linear
+/// one.
 fn saturation(manipulated: &[f64], schedule: &Schedule, height: f64) -> Option<String> {
     let (low, high) = extremes(manipulated);
     let last = *manipulated.last()?;
@@ -799,7 +803,7 @@ impl<'a> Bench<'a> {
         self.component.write(kind, &[reference], &[value])
     }
 
-    /// Makes a call and reads a variable.
+    /// Calls the block and reads a variable.
     fn call(&mut self, name: &str) -> Result<f64> {
         let cycle = self.controller.cycle();
         self.component.step(self.calls as f64 * cycle, cycle)?;
@@ -811,11 +815,11 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The factor between the value that GAIN acts on and the manipulated value that leaves the block, measured in manual
-/// mode; `None` if the block has no manual mode or outputs pulses.
+/// Measures, in manual mode, the factor that the block applies to its manipulated value between the GAIN and the
+/// output; `None` if the block has no manual mode or outputs pulses.
 ///
 /// # Errors
-/// The FMU refuses.
+/// The FMU reports an error.
 pub fn output_factor(home: &dyn Fmus, controller: &Controller) -> Result<Option<f64>> {
     let (Some((switch, manual)), Some(output)) = (&controller.roles.manual, &controller.roles.manipulated_value) else {
         return Ok(None);
@@ -829,7 +833,7 @@ pub fn output_factor(home: &dyn Fmus, controller: &Controller) -> Result<Option<
         bench.set(manual, f64::from(percent))?;
         outputs.push(bench.call(output)?);
     }
-    // At a limit nothing changes; next to it the change may be a part.
+    // At a limit, nothing changes; next to it, the change may be only partial.
     let mut changes: Vec<f64> =
         outputs.windows(2).map(|pair| pair[1] - pair[0]).filter(|change| change.abs() > 1e-9).collect();
     if changes.is_empty() {
@@ -842,7 +846,7 @@ pub fn output_factor(home: &dyn Fmus, controller: &Controller) -> Result<Option<
     Ok(Some(crate::tune::rounded(factor, 5)).filter(|factor| factor.is_finite() && *factor != 0.0))
 }
 
-/// The scaling from the word of an analog input to the process value: factor per count, and offset.
+/// Measures the scaling from an analog input word to the process value: factor per count, and offset.
 fn word_scaling(home: &dyn Fmus, controller: &Controller, terminal: &Terminal) -> Result<(f64, f64)> {
     const COUNTS: f64 = 16384.0;
     let shown =
@@ -852,7 +856,7 @@ fn word_scaling(home: &dyn Fmus, controller: &Controller, terminal: &Terminal) -
         let switches = terminal.switches.iter().map(|(name, is_on)| (name.as_str(), f64::from(u8::from(*is_on))));
         let settings: Vec<(&str, f64)> = switches.chain([(terminal.name.as_str(), word)]).collect();
         let mut bench = Bench::new(home, controller, &settings)?;
-        // A block that calls its controller in each n-th call shows it then.
+        // A block that runs its controller only in every n-th call updates the process value then.
         (0..calls.max(1)).map(|_| bench.call(shown)).last().context("no call")?
     };
     let (zero, some) = (at(0.0)?, at(COUNTS)?);

@@ -1,16 +1,18 @@
-//! Settings of a controller for a plant's model by the known rules, with the resulting margins and responses.
+//! Settings of a controller for a plant model by the tuning rules, with the resulting margins and responses.
 //!
-//! The [`rules`] apply to a plant with gain, lag and dead time. Here their result takes the form of a block:
+//! The [`rules`] apply to a plant with gain, lag and dead time. This module converts their results into the settings of
+//! a block:
 //!
-//! - The dead time that they get is the plant's, and half a CYCLE for the hold of the manipulated value, and half a period of the
-//!   pulse former if there is one. For a block that runs its controller in each n-th call, n calls are the period.
-//! - GAIN is divided by the factor that the block applies to its manipulated value inside (LMN_FAC), which is measured in manual
-//!   mode. The model's gain has all the other factors in it, see [`Model`].
+//! - The dead time passed to the rules is the plant's, plus half a CYCLE for the hold of the manipulated value, plus
+//!   half a period of the pulse former if there is one. If a block runs its controller only in every n-th call, the
+//!   period is n calls.
+//! - GAIN is divided by the factor that the block applies internally to its manipulated value (LMN_FAC), which is
+//!   measured in manual mode. The model's gain includes all other factors, see [`Model`].
 //! - TI, TD and TM_LAG are whole milliseconds, and not below the values to which the block raises them: half the time
-//!   between two calls of the controller, for TD all of it. TM_LAG is a tenth of TD ([`rules::FILTER`]). All of them
-//!   and GAIN have [`DIGITS`] digits.
-//! - The switches of the actions are set for P, PI or PID. A step controller has PI only; the time of its motor is no lag of the
-//!   plant.
+//!   between two calls of the controller, and for TD that whole time. TM_LAG is a tenth of TD ([`rules::FILTER`]). All
+//!   of them, and GAIN, have [`DIGITS`] digits.
+//! - The switches of the actions are set for P, PI or PID. A step controller has PI only; its motor time is not a lag
+//!   of the plant.
 //!
 //! The margins hold for these settings, computed in each call as the block does, and the plant's own dead time.
 
@@ -32,17 +34,17 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The number of significant digits of a setting: as many as a table shows, so that the displayed value is applied. A
-/// step test is no more precise.
+/// The number of significant digits of a setting: as many as a table shows, so that the displayed value is the one
+/// applied. A step test is no more precise.
 pub const DIGITS: i32 = 3;
 /// The longest TIME of a PLC, in seconds.
 const LONGEST: f64 = 2_147_483.647;
-/// The Ms above which a loop is hardly robust.
+/// The Ms above which a loop is not very robust.
 const USUAL_SENSITIVITY: f64 = 2.0;
-/// The factor by which SIMC aims at a calmer loop than its book, which uses one dead time, if no speed has been chosen.
-/// A second lag counts fully as dead time there: the half rule, which counts half of it, makes a furnace overshoot by
-/// 10 %, and this rule by 3 %. A model with one lag misses the initial response of a plant with more, and overshoots by
-/// up to 9 % with one dead time.
+/// If no speed has been chosen, SIMC makes the closed loop slower than the textbook value of one dead time by this
+/// factor. A second lag counts fully as dead time here: with the half rule, which counts half of it, a furnace
+/// overshoots by 10 %, and with this rule by 3 %. A model with one lag does not reproduce the initial response of a
+/// plant with more, which overshoots by up to 9 % with one dead time.
 const CALMER: f64 = 1.5;
 /// The range of RATIOFAC.
 const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
@@ -58,11 +60,11 @@ pub struct TuneRequest {
     pub rule: Rule,
     /// P, PI or PID.
     pub structure: Structure,
-    /// The controller with its present settings: CYCLE, the normalisation and the pulse former count.
+    /// The controller with its present settings, of which CYCLE, the normalisation and the pulse former matter.
     pub controller: Member,
-    /// The time constant of the closed loop in seconds, for the rules SIMC and lambda (where it is called lambda); by
-    /// default, the dead time for SIMC (one and a half of it in the table of all rules), and the plant's time constant
-    /// or three dead times for lambda.
+    /// The closed-loop time constant in seconds, for the rules SIMC and lambda. By default, it is the dead time for
+    /// SIMC (1.5 dead times in the table of all rules); for lambda, it is the plant's time constant or three dead
+    /// times, whichever is longer.
     #[serde(default)]
     pub closed_loop: Option<f64>,
     /// This time constant as a position on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence.
@@ -71,14 +73,14 @@ pub struct TuneRequest {
     /// The setpoint step to predict.
     #[serde(default)]
     pub step: Step,
-    /// Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above 0: 2 % of the last
-    /// step of a run. Without it 2 % of the step that is predicted by default.
+    /// Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above
+    /// 0; after a run, 2 % of its last step. By default, 2 % of the default predicted step.
     #[serde(default)]
     pub band: Option<f64>,
     /// Ultimate gain and period, for the ultimate rule; by default computed from the model.
     #[serde(default)]
     pub ultimate: Option<(f64, f64)>,
-    /// When the loop exchanges its values: the prediction has the rows of such a run.
+    /// When the loop exchanges its values; the prediction has the rows of a run with this exchange.
     #[serde(default)]
     pub exchange: Exchange,
 }
@@ -88,12 +90,12 @@ pub struct TuneRequest {
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct Step {
-    /// The setpoint before it; by default that of the controller.
+    /// The setpoint before the step; by default that of the controller.
     pub from: Option<f64>,
-    /// The size of the step, below 0 for down; by default, the step that moves the manipulated value by 10 % in the
-    /// end, or at first if the plant integrates.
+    /// The size of the step, negative for a step down; by default, the step that finally moves the manipulated value by
+    /// 10 %, or initially if the plant integrates.
     pub size: Option<f64>,
-    /// The manual value at which the plant rests before it, in percent; by default 50.
+    /// The manual value at which the plant rests before the step, in percent; by default 50.
     pub manual: Option<f64>,
 }
 
@@ -103,9 +105,9 @@ pub struct Step {
 pub struct Tuned {
     /// The settings in the block's form, by the block's names, including the switches of the structure.
     pub values: Values,
-    /// The dead time that was used: the model's, half a cycle, half a pulse period.
+    /// The dead time used: the model's, plus half a cycle, plus half a pulse period.
     pub dead_time: f64,
-    /// The time constant of the closed loop that the rule was given, if it takes one.
+    /// The closed-loop time constant used, if the rule has one.
     pub closed_loop: Option<f64>,
     /// This time constant as a position on a scale from calm, 0, to fast, 1, as the request may specify it.
     pub pace: Option<f64>,
@@ -133,7 +135,7 @@ pub struct RuleOutcome {
     pub rule: Rule,
     /// Its name.
     pub name: String,
-    /// The settings, and the prediction for the same step as those of all other rows.
+    /// The settings, and the prediction for the same step as in all other rows.
     pub tuned: Option<Tuned>,
     /// The reason why there are no settings.
     pub refusal: Option<String>,
@@ -156,7 +158,7 @@ pub struct RatioRequest {
 pub struct Ratio {
     /// RATIOFAC.
     pub ratio: f64,
-    /// The model to tune the controller with: the weaker gain, the longer dead time.
+    /// The model for tuning the controller: the weaker gain, the longer dead time.
     pub model: Model,
     /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
@@ -195,7 +197,8 @@ pub struct Load {
     pub deviation: f64,
     /// The time in seconds after the load from which the deviation stays within the band; `None` if it does not.
     pub recovery: Option<f64>,
-    /// The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not recover.
+    /// The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not
+    /// recover.
     pub iae: Option<f64>,
     /// Half the width of the band around the setpoint in which the loop has recovered, in its unit.
     pub band: f64,
@@ -217,7 +220,7 @@ impl Controller {
     /// Returns the controller of a request.
     ///
     /// # Errors
-    /// No such FMU, not a controller with known settings, or no setting of this name.
+    /// The FMU does not exist or is not a controller with known settings, or a setting does not exist.
     pub fn new(home: &dyn Fmus, member: &Member) -> Result<Controller> {
         let fmu = &member.fmu;
         let table = home.table(fmu)?.with_context(|| {
@@ -247,7 +250,7 @@ impl Controller {
         Ok(controller)
     }
 
-    /// Returns the value of a variable as set, otherwise its start value; TRUE is 1.
+    /// Returns the set value of a variable, or its start value if it is not set; TRUE is 1.
     pub fn value(&self, name: &str) -> f64 {
         let start = || self.table.find(name).map_or(0.0, |row| self.table.rows[row].start());
         self.member.values.get(name).map_or_else(start, |value| number_of(*value))
@@ -273,13 +276,13 @@ impl Controller {
         &self.table.rows[self.table.cycle].name
     }
 
-    /// Whether it drives an actuator by pulses up and down, without position feedback.
+    /// Whether the block drives an actuator by pulses up and down, without position feedback.
     pub fn is_step_controller(&self) -> bool {
         self.roles.manipulated_value.is_none() && !self.roles.pulses.is_empty() && self.roles.pulse_former.is_empty()
     }
 
-    /// Returns the period of the controller's own pulse former in seconds. It is set as a time, or as a number of calls
-    /// with one call of the controller.
+    /// Returns the period of the controller's own pulse former in seconds. It is set as a time, or as the number of
+    /// calls per call of the controller.
     pub fn own_period(&self) -> Option<f64> {
         let name = self.roles.pulse_former.first().filter(|_| !self.roles.pulses.is_empty())?;
         let value = self.value(name);
@@ -292,7 +295,7 @@ impl Controller {
         self.own_period().map_or(1, |period| (period / step).round().max(1.0) as usize)
     }
 
-    /// Returns the delay in seconds by which call and pulses count as dead time: half of each.
+    /// Returns the dead time in seconds that calls and pulses add: half of the period of each.
     pub fn delay_of_calls(&self) -> f64 {
         self.cycle() / 2.0 + self.own_period().unwrap_or_default() / 2.0
     }
@@ -305,20 +308,20 @@ impl Controller {
         self.own_period().filter(|_| has_count).unwrap_or_else(|| self.cycle())
     }
 
-    /// Returns the delay in seconds that the block's own pulse former adds to a manipulated value: half a period,
-    /// unless the controller is called once a period, so that its hold is that of the pulses.
+    /// Returns the delay in seconds that the block's own pulse former adds to a manipulated value: half a period; none
+    /// if the controller is called once per period, because the hold between its calls already includes it.
     pub fn delay_of_pulses(&self) -> f64 {
         let sampling = self.sampling();
         self.own_period().filter(|period| *period > sampling).map_or(0.0, |period| period / 2.0)
     }
 
-    /// Returns the control law with settings in the block's form, if the block multiplies its manipulated value by this
-    /// factor at the end.
+    /// Returns the control law with settings in the block's form, if the block finally multiplies its manipulated value
+    /// by `factor`.
     pub fn law(&self, settings: &Settings, factor: f64) -> Law {
         Law { settings: Settings { gain: settings.gain * factor, ..*settings }, cycle: self.sampling(), calls: 1 }
     }
 
-    /// Returns the travel time of a step controller's actuator from stop to stop in seconds: the TIME in the group of
+    /// Returns the time in seconds that a step controller's actuator takes from stop to stop: the TIME in the group of
     /// its stops.
     pub fn motor_time(&self) -> Option<f64> {
         self.motor_time_setting().filter(|_| self.is_step_controller()).map(|name| self.value(name))
@@ -352,17 +355,17 @@ impl Controller {
     }
 }
 
-/// A GAIN more than this many times the one in force is worth a warning.
+/// A GAIN more than this many times the one in force causes a warning.
 const MOST_TIMES: f64 = 10.0;
-/// And one that moves the manipulated value by 100 % at this part of the step.
+/// So does a GAIN at which a deviation below this fraction of the step moves the manipulated value by 100 %.
 const LEAST_DEVIATION: f64 = 0.1;
-/// With a λ that the user did not choose, the manipulated value at first moves at most this many times as far as in the
-/// end.
+/// With a λ that the user did not choose, the initial movement of the manipulated value is at most this many times the
+/// final one.
 const MOST_AT_FIRST: f64 = 10.0;
 /// Travel of the manipulated value beyond 0 counts if it is at least this fraction of its range.
 const CROSSED: f64 = 0.05;
 
-/// Computes settings by a rule, in the form of the block, with their effects.
+/// Computes the block's settings by a rule, with their effects.
 ///
 /// # Errors
 /// The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names a rule that
@@ -454,7 +457,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     })
 }
 
-/// The reasons for missing margins.
+/// Returns the reasons for missing margins.
 pub(crate) fn unknown(margins: &Margins) -> BTreeMap<String, String> {
     let no_gain = if margins.is_stable() { "no higher gain makes the loop unstable" } else { "the loop is unstable" };
     let all = [
@@ -465,10 +468,11 @@ pub(crate) fn unknown(margins: &Margins) -> BTreeMap<String, String> {
     all.into_iter().filter(|(_, value, _)| value.is_none()).map(|(name, _, why)| (name.into(), why.into())).collect()
 }
 
-/// Computes all rules with the structure of the request, whose own rule is ignored: the initial choice for a user.
+/// Computes all rules with the structure of the request, for the user to choose from. The request's own rule is
+/// ignored.
 ///
 /// # Errors
-/// The FMU is not a controller or does not have this structure, or the model is not that of a plant.
+/// The FMU is not a controller or does not have this structure, or the model is not a valid plant.
 pub fn table(home: &dyn Fmus, request: &TuneRequest) -> Result<Vec<RuleOutcome>> {
     Controller::new(home, &request.controller)?.require(request.structure)?;
     request.model.check()?;
@@ -481,11 +485,11 @@ pub fn table(home: &dyn Fmus, request: &TuneRequest) -> Result<Vec<RuleOutcome>>
     Ok(Rule::ALL.map(row).into())
 }
 
-/// Computes RATIOFAC, the ratio of the strengths of negative and positive pulses: the gain of heating divided by that
-/// of cooling.
+/// Computes RATIOFAC, the ratio of the strengths of negative and positive pulses: the heating gain divided by the
+/// cooling gain.
 ///
 /// # Errors
-/// A model is not that of a plant, or only one of the two integrates.
+/// A model is not a valid plant, or only one of the two integrates.
 pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
     heating.check().context("heating")?;
     cooling.check().context("cooling")?;
@@ -513,7 +517,7 @@ pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
     Ok(Ratio { ratio, model: Model { gain, dead_time: slow.dead_time, ..*weaker }, remarks })
 }
 
-/// Returns the remark about a second lag that the rule does not support; the model's dead time includes that of the
+/// Returns the remark about a second lag that the rule does not support; the model's dead time includes the delay of
 /// sampling.
 fn half_rule(request: &TuneRequest, model: &Model, sampling: &str) -> Option<String> {
     let knows_two = request.rule == Rule::ZieglerNicholsUltimate
@@ -531,7 +535,7 @@ fn half_rule(request: &TuneRequest, model: &Model, sampling: &str) -> Option<Str
     ))
 }
 
-/// Converts the settings into the form of the block.
+/// Converts the settings into those of the block.
 fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<String>) -> Result<Settings> {
     let sampling = controller.sampling();
     let time = |place: usize, time: f64, lowest: f64, remarks: &mut Vec<String>| {
@@ -571,8 +575,8 @@ fn robustness(margins: &margins::Margins) -> Option<String> {
     }
 }
 
-/// Returns the remark that a GAIN is far above the one in force, or moves the manipulated value from limit to limit at
-/// a small part of the step: noise and dynamics unknown to the rule then move it, too.
+/// Returns the remark that a GAIN is far above the one in force, or that a small fraction of the step moves the
+/// manipulated value from limit to limit: noise and unmodelled dynamics then move it, too.
 fn nervousness(
     controller: &Controller,
     settings: &Settings,
@@ -595,8 +599,8 @@ fn nervousness(
     })
 }
 
-/// Returns the remark that the manipulated value changes its sign in the predicted step, if it may be below 0: where heating ends and
-/// cooling begins, most plants change, and the model is that of one side.
+/// Returns the remark that the manipulated value changes sign in the predicted step, if it may be below 0: most plants
+/// respond differently to heating and cooling, and the model covers only one of them.
 fn crossing(controller: &Controller, predicted: &Predicted) -> Option<String> {
     let (_, low) = controller.roles.limits.as_ref()?;
     let (lowest, highest) = extremes(&predicted.manipulated_value);
@@ -619,8 +623,8 @@ fn shortest_pulse(controller: &Controller, model: &Model) -> Option<(f64, f64)> 
     Some((seconds, (model.gain * 100.0 * seconds / motor_time).abs()))
 }
 
-/// Returns the remark that a step controller never rests, if its shortest pulse moves the process value through the
-/// dead band.
+/// Returns the remark that a step controller never comes to rest, if its shortest pulse moves the process value across
+/// the dead band.
 fn coarseness(controller: &Controller, request: &TuneRequest) -> Option<String> {
     let (seconds, moved) = shortest_pulse(controller, &request.model)?;
     let (pulse, dead_band) = (controller.roles.shortest_pulse.as_ref()?, controller.roles.dead_band.as_ref()?);
@@ -636,8 +640,8 @@ fn coarseness(controller: &Controller, request: &TuneRequest) -> Option<String> 
     })
 }
 
-/// Returns the remark that the settling time of the step is a matter of chance: the process value can stay anywhere in the dead
-/// band, or, after a shortest pulse, a little outside, and that is more than the band in which a step counts as settled.
+/// Returns the remark that the settling time of the step is a matter of chance: the process value can stop anywhere in
+/// the dead band or, after a shortest pulse, slightly outside, and this range is wider than the settling band.
 fn looseness(controller: &Controller, request: &TuneRequest, predicted: &Predicted) -> Option<String> {
     let name = controller.roles.dead_band.as_ref()?;
     let width = controller.value(name);

@@ -178,7 +178,7 @@ pub(super) fn seconds(stamps: &[Stamp]) -> Vec<f64> {
     seconds.collect()
 }
 
-/// Returns a unit of time in seconds.
+/// Returns the length of a unit of time in seconds.
 pub fn seconds_of_unit(unit: &str) -> Option<f64> {
     Some(match unit.trim().to_lowercase().as_str() {
         "s" | "sec" | "second" | "seconds" | "sek" | "sekunden" => 1.0,
@@ -224,7 +224,7 @@ pub(super) fn times(column: &Column) -> Times {
         None => (1.0, false, None),
     };
     let origin = if is_absolute { first } else { 0.0 };
-    // Division by 1000 gives the number nearest to 0.1, whereas multiplication by 0.001 does not.
+    // Dividing 100 by 1000 yields the number nearest to 0.1; multiplying by 0.001 may not.
     let scaled = |value: f64| if factor < 1.0 { value / (1.0 / factor).round() } else { value * factor };
     let remark = guess.map(|unit| {
         format!(

@@ -9,7 +9,7 @@ pub const MANIPULATED_VALUES: [&str; 8] = ["LMN", "MV", "OUT", "OUTPUT", "CO", "
 /// Names of the switch to manual mode.
 pub const MANUAL: [&str; 5] = ["MAN_ON", "MANUAL", "HAND", "MANUAL MODE", "MAN_MODE"];
 
-/// Returns the suffixes of a column's name that may name a variable, longest first: `PLC.TIC101.in_GAIN`,
+/// Returns the suffixes of a column name that may be the name of a variable, longest first: `PLC.TIC101.in_GAIN`,
 /// `TIC101.in_GAIN`, ..., `GAIN`.
 pub fn ends(name: &str) -> impl Iterator<Item = &str> {
     let is_separator = |letter: char| matches!(letter, '.' | '/' | '\\' | ':' | '|');
@@ -18,7 +18,7 @@ pub fn ends(name: &str) -> impl Iterator<Item = &str> {
     all.map(|name| name.trim().trim_matches('"').trim())
 }
 
-/// Returns the shortest of these names, in upper case.
+/// Returns the shortest of these suffixes, in upper case.
 pub fn short_name(name: &str) -> String {
     ends(name).last().unwrap_or_default().to_uppercase()
 }

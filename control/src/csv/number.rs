@@ -21,7 +21,7 @@ pub(super) struct Number {
     pub(super) digits: i32,
 }
 
-/// The possible meanings of a point or comma in a number.
+/// The meaning of a point or comma in a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sign {
     /// A decimal point: `12.5`, `0.125`, `1,234.5`.
@@ -86,8 +86,8 @@ impl Found {
             (Some(_), None) => false,
             (None, None) => match (maybe_point, maybe_comma) {
                 (Some(point), Some(comma)) => bail!(both(point, comma)),
-                // In a file separated by commas, a comma within quotes is a thousands separator unless other cells say
-                // otherwise.
+                // In a file separated by commas, a comma within quotes is a thousands separator unless other cells show
+                // that it is not.
                 (None, Some(_)) => !is_separated_by_comma,
                 _ => false,
             },
