@@ -1,10 +1,10 @@
-//! The description of a block that parameter files need: its names, its members and its advice on settings.
+//! The description of a block for parameter files: its names, its members and its advice on settings.
 
 use blocks::{EachBlock, Row, Table, Value, for_each_block};
 use std::fmt;
 use std::sync::Arc;
 
-/// A block type, as far as parameter files are concerned.
+/// A block type, as parameter files see it.
 #[derive(Clone)]
 pub struct BlockType {
     /// Its name, such as `PUMP`.
@@ -14,7 +14,7 @@ pub struct BlockType {
     /// Its variables, in the order of the instance data block; then those of inner blocks, with full names; then those
     /// that exist only in the FMU.
     pub members: Vec<Row>,
-    /// The member that exists only in the FMU: the mean of the pulse.
+    /// The index of the member that exists only in the FMU: the mean of the pulse.
     pub mean: Option<usize>,
     advice: Option<Advice>,
 }
@@ -23,12 +23,12 @@ pub struct BlockType {
 type Advice = fn(&[(usize, Value)]) -> Vec<String>;
 
 impl BlockType {
-    /// The description in the table of a block.
+    /// The description of a block, built from its table.
     pub fn for_block<B: blocks::Block>() -> BlockType {
         BlockType { advice: Some(advice::<B>), ..BlockType::from(&Table::from(B::TABLE)) }
     }
 
-    /// A block known only by its description, so that no advice on its settings is available.
+    /// A block known only by its description: no advice on its settings is available.
     pub fn new(name: String, aliases: Vec<String>, members: Vec<Row>) -> BlockType {
         BlockType { name, aliases, members, mean: None, advice: None }
     }
@@ -46,16 +46,16 @@ impl BlockType {
         all.0
     }
 
-    /// Whether `name` denotes the block in a PLC project: it is its name or an alias, ignoring case, spaces and quotes:
-    /// `FB41`, `fb 41` and `"PUMP"`.
+    /// Whether `name` refers to the block in a PLC project: its name or an alias, ignoring case, spaces and quotes,
+    /// such as `FB41`, `fb 41` and `"PUMP"`.
     pub fn is_called(&self, name: &str) -> bool {
         let plain = |name: &str| name.replace([' ', '\t', '"'], "").to_uppercase();
         let name = plain(name);
         std::iter::once(&self.name).chain(&self.aliases).any(|own| plain(own) == name)
     }
 
-    /// Whether a member has an address in the instance data block: those of inner blocks have none, and the PLC lacks
-    /// the mean.
+    /// Whether a member has an address in the instance data block: members of inner blocks have none, and the mean does
+    /// not exist in the PLC.
     pub fn is_own(&self, member: usize) -> bool {
         self.mean != Some(member) && !self.members[member].is_inner()
     }
@@ -65,8 +65,8 @@ impl BlockType {
         self.members.iter().position(|member| member.name.eq_ignore_ascii_case(name))
     }
 
-    /// Advice on what the block does with these settings that a user may not expect: sentences with names and numbers.
-    /// Other settings have their start values. Empty for a block known only by its description.
+    /// Advice on unexpected effects of these settings: sentences with names and numbers. All other settings keep their
+    /// start values. Empty for a block known only by its description.
     pub fn advice(&self, settings: &[(usize, Value)]) -> Vec<String> {
         self.advice.map_or_else(Vec::new, |advice| advice(settings))
     }

@@ -1,4 +1,4 @@
-//! The bytes of a data block that is not optimized, as a PLC stores them: see [`layout`].
+//! The bytes of a non-optimized data block, as a PLC stores them: see [`layout`].
 //!
 //! A dump contains the exact values, but does not name its block. A remark points out anything that does not look like
 //! an instance of the block named by the user.
@@ -69,11 +69,11 @@ pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Re
     report.finish(vec![one])
 }
 
-/// Writes one loop: inputs and parameters, with 0 for the outputs. The block's memory after its outputs is not
-/// described by its table and not written.
+/// Writes one loop: inputs and parameters, with 0 for the outputs. The memory that follows the block's outputs is not
+/// in its table, so it is not written.
 ///
 /// # Errors
-/// There is not exactly one loop, or its block contains other blocks.
+/// The number of loops is not one, or the loop's block contains other blocks.
 pub fn write(loops: &[Loop]) -> Result<Vec<u8>, String> {
     let [one] = loops else {
         return Err(format!("a dump holds one loop, not {}: write only one", loops.len()));
@@ -88,7 +88,7 @@ pub fn write(loops: &[Loop]) -> Result<Vec<u8>, String> {
     Ok(data)
 }
 
-/// The addresses of a block that is completely described by its table, that is, one without inner blocks.
+/// The member addresses and the size of a block that its table describes completely: one without inner blocks.
 fn whole(block: &BlockType) -> Result<(Vec<Option<Address>>, usize), String> {
     if let Some(inner) = block.members.iter().find(|member| member.is_inner()) {
         return Err(format!(
@@ -99,7 +99,7 @@ fn whole(block: &BlockType) -> Result<(Vec<Option<Address>>, usize), String> {
     Ok(layout::addresses(block))
 }
 
-/// The bytes that have bits set outside all members.
+/// The bytes with set bits that belong to no member.
 fn unused(addresses: &[Option<Address>], block: &BlockType, data: &[u8]) -> Vec<usize> {
     let mut used = vec![0u8; data.len()];
     for (member, address) in block.members.iter().zip(addresses) {

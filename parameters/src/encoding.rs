@@ -1,4 +1,4 @@
-//! Text encodings: those that PLC tools write by default and, with the feature `encodings`, those that a user can name.
+//! Text encodings: the defaults of PLC tools and, with the feature `encodings`, any encoding the user names.
 
 #[cfg(feature = "encodings")]
 use encoding_rs::Encoding as Named;
@@ -32,7 +32,7 @@ impl Encoding {
         }
     }
 
-    /// The encoding with a name that browsers accept.
+    /// The encoding with this name; the names are those that browsers accept.
     pub(crate) fn named(name: &str) -> Option<Encoding> {
         #[cfg(feature = "encodings")]
         return Named::for_label(name.as_bytes()).map(Encoding::Named);
@@ -68,7 +68,7 @@ impl Encoding {
         }
     }
 
-    /// Encodes a text; `None` if the encoding lacks one of its characters.
+    /// Encodes a string; `None` if the encoding lacks one of its characters.
     pub(crate) fn encode(self, text: &str) -> Option<Vec<u8>> {
         match self {
             Encoding::Utf8 => Some(text.as_bytes().to_vec()),

@@ -111,7 +111,7 @@ impl Format {
 /// Reads the loops of a file.
 ///
 /// # Errors
-/// All problems in the file. Nothing is then used of it, unless [`Options::is_partial`] is set.
+/// All problems in the file. No loop is then returned, unless [`Options::is_partial`] is set.
 pub fn read(
     format: Format,
     source: &Source,
@@ -134,11 +134,11 @@ pub fn read(
     }
 }
 
-/// The maximum size of a JSON or XML file in bytes: its tree takes more memory. Forty loops need a hundredth of it.
+/// The maximum size of a JSON or XML file in bytes: its tree takes more memory. Forty loops need a hundredth of this.
 const LARGEST_TREE: usize = 16 << 20;
 
-/// Writes loops as a file of this format, which reads back bit-equal. Where the format has comments, `origin` becomes a
-/// comment on the file's origin.
+/// Writes loops as a file in this format, which reads back bit for bit. If the format has comments, one states the
+/// `origin` of the file.
 ///
 /// # Errors
 /// The format cannot represent something, as explained in one sentence.

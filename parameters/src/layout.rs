@@ -1,4 +1,4 @@
-//! The memory layout of a data block that is not optimized: the packing rule of S7.
+//! The memory layout of a non-optimized data block: the S7 packing rule.
 //!
 //! BOOLs fill a byte from its lowest bit up. Wider types, and the first BOOL after them, start at an even byte. Numbers
 //! are big-endian.
@@ -27,7 +27,8 @@ impl fmt::Display for Address {
 }
 
 /// The address of each member, and their total size in bytes, which is even. Members of inner blocks have no address,
-/// because the table does not give the size of their neighbours' memory; neither do members that exist only in the FMU.
+/// because the table does not specify the size of their neighbours' memory; neither do members that exist only in the
+/// FMU.
 pub fn addresses(block: &BlockType) -> (Vec<Option<Address>>, usize) {
     let mut next = Address { byte: 0, bit: 0, is_bit: true };
     let mut addresses = Vec::new();

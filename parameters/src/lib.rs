@@ -1,12 +1,12 @@
-//! PLC parameter files: parsed into values of control blocks, and written.
+//! PLC parameter files: parsed into control block values, and written.
 //!
 //! A *loop* is one instance of a block, such as an instance data block of a PLC project: a name, and a value for each
 //! of the block's inputs and parameters. [`read()`] returns the loops of a file in any [`Format`], [`write()`] writes
 //! them in any other, and [`rewrite()`] changes values in a file and preserves the rest of it byte for byte. Every
-//! value records its origin ([`Origin`]), and a file with errors yields no loops, but all of its errors ([`Problems`]).
+//! value records its origin ([`Origin`]), and a file with errors yields all of its errors ([`Problems`]) and no loops.
 //!
-//! No block is named in this crate, and it knows nothing of FMUs: which blocks there are, and their names in a PLC
-//! project, is defined by the blocks' tables ([`BlockType`]).
+//! This crate names no block and does not depend on FMUs: the blocks' tables ([`BlockType`]) define which blocks exist
+//! and what they are called in a PLC project.
 
 mod block;
 mod encoding;

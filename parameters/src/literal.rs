@@ -6,13 +6,14 @@ use crate::problem::quoted;
 use blocks::table::start;
 use blocks::{Kind, Time, Value, Word};
 
-/// The value of a literal for a member of this type.
+/// Parses a literal as a value of this type.
 ///
-/// - REAL and LREAL: a decimal number with or without fraction and exponent, converted straight to the nearest binary number.
-/// - TIME: `T#` or `TIME#`, an optional sign, and the units D, H, M, S and MS in falling order. The first may exceed its range
-///   (`T#90S`), the last may have decimals (`T#1.5S`), if the sum is a whole number of milliseconds.
-/// - WORD and INT: decimal, with a base (`16#FF`, `2#1010_0000`) or with a type (`W#16#FF`, `B#16#1`, `L#100`). A WORD also
-///   takes the negative numbers down to -32768.
+/// - REAL and LREAL: a decimal number with or without a fraction and exponent, converted directly to the nearest binary
+///   number.
+/// - TIME: `T#` or `TIME#`, an optional sign, and the units D, H, M, S and MS in descending order. The first may exceed
+///   its range (`T#90S`), the last may have decimals (`T#1.5S`), if the sum is a whole number of milliseconds.
+/// - WORD and INT: decimal, with a base (`16#FF`, `2#1010_0000`) or with a type (`W#16#FF`, `B#16#1`, `L#100`). A WORD
+///   also accepts negative numbers down to -32768.
 /// - BOOL: TRUE, FALSE, 1 or 0.
 ///
 /// # Errors
@@ -28,12 +29,12 @@ pub fn parse(literal: &str, kind: Kind) -> Result<Value, String> {
     value(literal.trim(), kind).map_err(refused)
 }
 
-/// The reason why a text is not a literal of a type.
+/// Why a string is not a literal of a type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The syntax is wrong.
     Form,
-    /// The value is not valid for the type; contains the values that are.
+    /// The value is not valid for the type; contains the valid values.
     Range(&'static str),
 }
 
@@ -185,7 +186,7 @@ fn decimal(literal: &str) -> Result<Decimal, Refusal> {
     Ok(Decimal { text, is_zero })
 }
 
-/// Whether a text consists of decimal digits with single underscores between them.
+/// Whether a string consists of decimal digits with single underscores between them.
 fn are_digits(text: &str) -> bool {
     !text.is_empty()
         && text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'_')
@@ -309,9 +310,9 @@ fn fraction_of(decimals: &str, length: i128) -> Result<i128, Refusal> {
     if scaled % denominator == 0 { Ok(scaled / denominator) } else { Err(NOT_WHOLE) }
 }
 
-/// A literal that reads back bit-equal: a REAL or LREAL with the six decimals of STEP 7, or with more where six would
-/// be another number. A REAL that is not finite has no literal; it becomes `NaN`, `inf` or `-inf`, which [`parse`]
-/// rejects.
+/// A literal that reads back bit for bit: a REAL or LREAL with STEP 7's six decimals, or with more where six would
+/// represent a different number. A REAL or LREAL that is not finite has no literal; it becomes `NaN`, `inf` or `-inf`,
+/// which [`parse`] rejects.
 pub fn text(value: Value) -> String {
     match value {
         Value::Real(real) => with_plc_exponent(format!("{real:e}")),

@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// One instance of a block, such as an instance data block of a PLC project.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
-    /// Its name: that of the data block (`TIC101`, or `DB41` if it has only a number), of the member of a
+    /// Its name: the name of the data block (`TIC101`, or `DB41` if it has only a number), of the member that is a
     /// multi-instance, or of the file.
     pub name: String,
     /// Its title: the TITLE of its data block in a STEP 7 source.
@@ -37,7 +37,7 @@ pub struct MemberValue {
 /// The origin of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// The block's start value, because the file has none.
+    /// The block's start value, because the file contains no value.
     Default,
     /// A location in a text.
     Text {
@@ -102,7 +102,7 @@ impl Loop {
         self.settings.iter().find(|setting| setting.member == member).map(|setting| setting.value)
     }
 
-    /// Warnings about settings outside their plausible range, which the block does not enforce: a sentence each.
+    /// Warnings about settings outside their plausible range, which the block does not enforce: one sentence each.
     pub fn outside(&self) -> Vec<String> {
         let outside = |setting: &MemberValue| {
             let member = &self.block.members[setting.member];
@@ -121,12 +121,12 @@ impl Loop {
         self.settings.iter().filter_map(outside).collect()
     }
 
-    /// Warnings about the settings for the user: a sentence each.
+    /// Warnings to the user about the settings: one sentence each.
     pub fn warnings(&self) -> Vec<String> {
         [self.outside(), self.advice()].concat()
     }
 
-    /// Advice on what the block does with the settings that a user may not expect.
+    /// Advice on unexpected effects of the settings.
     pub fn advice(&self) -> Vec<String> {
         let settings: Vec<_> = self.settings.iter().map(|setting| (setting.member, setting.value)).collect();
         self.block.advice(&settings)

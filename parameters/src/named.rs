@@ -34,13 +34,13 @@ pub(crate) enum Given<'a> {
 /// The user's choice of block for the loops of a file.
 #[derive(Clone, Copy)]
 pub(crate) struct Choice<'a> {
-    /// The block of loops that do not indicate theirs.
+    /// The block for loops that do not name theirs.
     pub(crate) block: Option<&'a Arc<BlockType>>,
     /// Whether the file has only one loop: the chosen block then applies, whatever the names.
     pub(crate) is_for_one: bool,
 }
 
-/// Builds the loop of these values. Its block is the one chosen by the user, or else the only one that has all these
+/// Builds the loop with these values. Its block is the one chosen by the user, or else the only one that has all these
 /// names; `span` is the location of the loop.
 pub(crate) fn read(
     report: &mut Report,
@@ -80,7 +80,7 @@ pub(crate) fn read(
     is_right.then_some(one)
 }
 
-/// The settable member of this name.
+/// The settable member with this name.
 pub(crate) fn member(block: &BlockType, name: &str) -> Result<usize, (String, Option<String>)> {
     match block.find(name) {
         Some(index) if block.members[index].role.is_settable() => Ok(index),
@@ -110,7 +110,7 @@ pub(crate) fn member(block: &BlockType, name: &str) -> Result<usize, (String, Op
     }
 }
 
-/// The only block that has all these names; of several, the one that has no others.
+/// The only block with all these names; if several have them, the one with no other inputs and parameters.
 fn recognize(
     report: &mut Report,
     blocks: &[Arc<BlockType>],
@@ -148,13 +148,12 @@ pub(crate) fn is_complete(block: &BlockType, names: &[&str]) -> bool {
     names.len() == settable && names.iter().all(|name| is_settable(block, name))
 }
 
-/// Whether the block has an input or parameter of this name.
+/// Whether the block has an input or parameter with this name.
 pub(crate) fn is_settable(block: &BlockType, name: &str) -> bool {
     block.find(name).is_some_and(|index| block.members[index].role.is_settable())
 }
 
-/// Converts a value to the member's type. A value outside the plausible range is not an error: the block computes with
-/// it.
+/// Converts a value to the member's type. A value outside the plausible range is not an error: the block accepts it.
 fn value(member: &Row, given: Given) -> Result<Value, String> {
     let expected = match member.kind.form() {
         Form::Switch => "true or false",
@@ -178,7 +177,7 @@ fn value(member: &Row, given: Given) -> Result<Value, String> {
     Err(format!("{}: expected {expected}, found {found}", member.name))
 }
 
-/// Rejects two loops of the same name, which a reader could not tell apart.
+/// Rejects two loops with the same name, which a reader could not tell apart.
 pub(crate) fn check_names(loops: &[Loop]) -> Result<(), String> {
     let mut names = std::collections::BTreeSet::new();
     match loops.iter().find(|one| !names.insert(&one.name)) {

@@ -10,8 +10,8 @@
 //!           <Member Name="GAIN" Datatype="Real"><StartValue>2.0</StartValue></Member>
 //! ```
 //!
-//! A member without a start value has that of the block. The version in the namespace is ignored. Files written by this
-//! module have never been imported into TIA Portal.
+//! A member without a start value has the block's start value. The version in the namespace is ignored. Files written
+//! by this module have never been imported into TIA Portal.
 
 use crate::block::BlockType;
 use crate::literal;
@@ -28,14 +28,14 @@ use std::sync::Arc;
 /// The prefixes of block elements. A controller is a technology object in TIA Portal.
 const BLOCKS: [&str; 2] = ["SW.Blocks.", "SW.TechnologicalObjects."];
 
-/// The namespace of the version that is written.
+/// The namespace of the version written.
 const NAMESPACE: &str = "http://www.siemens.com/automation/Openness/SW/Interface/v5";
 
 /// Reads the instances in an exported document: instance data blocks, and the instances inside other blocks, which are
 /// named after their member.
 ///
 /// # Errors
-/// It is not such a document, or an instance has a member, type or value that its block does not have.
+/// The document is not an Openness export, or an instance has a member, type or value that does not match its block.
 pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options).unwrap_or_default();
@@ -85,7 +85,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
         }
         let types = Types { blocks, chosen: chosen.as_ref() };
         types.instances(report, interface, &Place { name: name.clone(), index: String::new() }, &of, &mut loops);
-        // For instances inside a data block, the name of the data block.
+        // The name of the data block, for the instances inside it.
         containers.resize(loops.len(), name.clone());
         if loops.len() == before && !report.is_wrong() {
             let of = if of.is_empty() { String::new() } else { format!(" ({})", quoted(&of)) };
@@ -107,7 +107,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
     Some(loops)
 }
 
-/// Prefixes loops of the same name with the name of their data block: `Line.TIC`.
+/// Prefixes loops with the same name with the name of their data block: `Line.TIC`.
 fn tell_apart(loops: &mut [Loop], containers: &[String]) {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for one in loops.iter() {
@@ -158,7 +158,7 @@ impl Types<'_> {
     }
 
     /// The block of an instance with an unknown type, for example after a migration: all inputs and parameters are
-    /// present, with their types, and no other input.
+    /// present with their types, and there is no other input.
     fn by_members(&self, sections: Element) -> Option<Arc<BlockType>> {
         let inputs: Vec<(&str, &str)> = inputs(sections)
             .map(|member| {
@@ -201,14 +201,14 @@ fn array(datatype: &str) -> Option<(Vec<String>, &str)> {
     Some((elements(bounds)?, of))
 }
 
-/// The start value of a member or, in an array, of this element of it.
+/// The start value of a member or, in an array, of the element with this index.
 fn start_value<'a>(member: Element<'a>, index: &str) -> Option<Element<'a>> {
     let is_own = |element: &Element| element.attribute("Path") == Some(index);
     let own = member.children("Subelement").find(is_own).and_then(|element| element.child("StartValue"));
     own.or_else(|| member.child("StartValue"))
 }
 
-/// The members of the sections for inputs.
+/// The members of the input sections.
 fn inputs(sections: Element<'_>) -> impl Iterator<Item = Element<'_>> {
     let is_input = |section: &Element| matches!(section.attribute("Name"), Some("Input" | "InOut"));
     sections.children("Section").filter(is_input).flat_map(|section| section.children("Member"))

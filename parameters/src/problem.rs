@@ -15,7 +15,7 @@ pub struct TextPosition {
     pub span: Range<usize>,
 }
 
-/// An error or a remark for the user.
+/// An error or remark for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Its location; `None` if it concerns the whole file, or a file that is not text.
@@ -26,15 +26,15 @@ pub struct Problem {
     pub help: Option<Remedy>,
 }
 
-/// A remedy. Where a user of the command passes an option, a user of the page fills in a field: remedies are displayed
-/// in the words of the command, and the page words them itself.
+/// A remedy. Where the command has an option, the page has a field: [`fmt::Display`] uses the wording of the command,
+/// and the page has its own.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Remedy {
     /// A sentence that is valid everywhere.
     Sentence(String),
     /// Choose the block of a loop from these.
     ChooseBlock(String),
-    /// Choose this block, if it is the intended one: it has the members.
+    /// Choose this block if it is the intended one: it has these members.
     ChooseThisBlock(String),
     /// Declare a constant.
     DeclareConstant(String),
@@ -123,8 +123,8 @@ impl fmt::Display for Problems {
 
 impl std::error::Error for Problems {}
 
-/// The problems for a terminal: the line of each as [`Problems`] displays it, and below it the line of the file, with the place
-/// underlined.
+/// The problems for a terminal: the line of each as [`Problems`] displays it, followed by the line of the file with the
+/// location underlined.
 ///
 /// ```
 /// # use parameters::{Problem, Problems, Source, problem};
@@ -157,7 +157,7 @@ pub fn each_drawn(problems: &Problems) -> impl Iterator<Item = String> {
 
 /// The line of a location, with the location underlined.
 fn underlined(text: &str, place: &TextPosition) -> String {
-    /// Of a long line, only this many bytes before and after the location are displayed.
+    /// The number of bytes of a long line that are displayed before and after the location.
     const AROUND: usize = 60;
     let start = text.floor_char_boundary(place.span.start);
     let end = text.floor_char_boundary(place.span.end);
@@ -197,12 +197,12 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 /// ```
 pub fn with_article(noun: impl fmt::Display) -> String {
     let noun = noun.to_string();
-    // L is spelled in LREAL and LINT, and S in S5TIME.
+    // The L of LREAL and LINT and the S of S5TIME are pronounced as letters.
     let is_an = noun.starts_with(['a', 'e', 'i', 'o', 'u', 'A', 'E', 'I', 'O', 'L']) || noun.starts_with("S5");
     format!("{} {noun}", if is_an { "an" } else { "a" })
 }
 
-/// A text in backquotes for a message: shortened, and without characters that would disturb a terminal.
+/// A string in backquotes for a message: shortened, and with control characters escaped.
 pub fn quoted(text: &str) -> String {
     const MOST_CHARACTERS: usize = 40;
     let mut shown: String = text.chars().take(MOST_CHARACTERS).flat_map(escaped).collect();

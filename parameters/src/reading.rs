@@ -3,7 +3,7 @@
 use crate::loops::Loop;
 use crate::problem::Problems;
 
-/// The user's specifications for a file.
+/// The user's options for reading a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The block's name or alias, if the file does not specify it.
@@ -12,7 +12,7 @@ pub struct Options {
     pub name: Option<String>,
     /// The byte offset of the instance in a dump.
     pub offset: usize,
-    /// Whether correct loops are returned although others in the file have errors.
+    /// Whether correct loops are returned even if others in the file have errors.
     pub is_partial: bool,
 }
 
@@ -21,8 +21,8 @@ pub struct Options {
 pub struct Reading {
     /// The loops, in file order.
     pub loops: Vec<Loop>,
-    /// Remarks for the user on a readable file: blocks that were skipped, properties that a dump does not prove.
+    /// Remarks for the user on a readable file, such as skipped blocks or doubts about a dump.
     pub remarks: Problems,
-    /// The problems of the loops left out, if [`Options::is_partial`] is set.
+    /// The problems of the omitted loops, if [`Options::is_partial`] is set.
     pub wrong: Problems,
 }

@@ -8,7 +8,7 @@ use crate::source::Source;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The maximum number of loops in a file, so that a hostile file cannot exhaust the memory.
+/// The maximum number of loops in a file, so that a hostile file cannot exhaust memory.
 pub(crate) const MOST_LOOPS: usize = 10_000;
 
 /// The maximum number of problems reported for a file.
@@ -44,7 +44,7 @@ impl<'a> Report<'a> {
         Origin::Text { file: self.source.file.clone(), line, column, span }
     }
 
-    /// Reports an error at a location. What two readers find at the same place is reported once.
+    /// Reports an error at a location. The same error at the same location is reported only once.
     pub(crate) fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, help: Option<String>) {
         self.wrong_with(span, message, help.map(Remedy::from));
     }
@@ -111,10 +111,10 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// The block named by the user; `None` if the user names none.
+    /// The block named by the user; `None` if the user named none.
     ///
     /// # Errors
-    /// There is no such block, which is reported.
+    /// No block has this name, which is reported.
     pub(crate) fn chosen(
         &mut self,
         blocks: &[Arc<BlockType>],
@@ -128,7 +128,7 @@ impl<'a> Report<'a> {
         Err(())
     }
 
-    /// The name of a loop that has none in the file: the user's, or the file name without folder and extension.
+    /// The name of a loop that the file does not name: the user's, or the file name without folder and extension.
     pub(crate) fn loop_name(&self, options: &Options) -> String {
         options.name.clone().unwrap_or_else(|| {
             let file = self.source.file.trim_end_matches(['/', '\\']);

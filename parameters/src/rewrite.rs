@@ -1,4 +1,4 @@
-//! Replaces values in a source; everything else stays byte for byte.
+//! Replaces values in a source; everything else is preserved byte for byte.
 
 use crate::loops::{Loop, MemberValue, Origin};
 use crate::problem::quoted;
@@ -16,16 +16,17 @@ pub struct Replaced {
     pub loop_name: String,
     /// The member of the loop's block.
     pub member: String,
-    /// The previous origin of the value; [`Origin::Default`] if the source did not have it.
+    /// The previous origin of the value; [`Origin::Default`] if the source did not contain it.
     pub origin: Origin,
 }
 
 /// Writes the values of these loops into the source, and returns the source and the replaced values. A value that
-/// already agrees is left as written. A member without a value in the source gets a line of its own next to another
-/// member of its loop.
+/// already agrees is left as written. A member without a value in the source gets its own line next to another member
+/// of its loop.
 ///
 /// # Errors
-/// The source cannot be read, does not contain a loop, or has no place for a value; the message is a sentence.
+/// The source cannot be read, does not contain one of the loops, or has no place for a value; the message is a
+/// sentence.
 pub fn rewrite(
     format: Format,
     source: &Source,
@@ -61,7 +62,7 @@ pub fn rewrite(
     }
     let bytes = edited(source, edits)
         .ok_or_else(|| format!("{} has characters that its encoding does not have", source.file))?;
-    // Wherever values were inserted, the result is read back before it is returned.
+    // The result is read back before it is returned, to verify that the values are where they belong.
     let result = Source::in_encoding(source.file.clone(), bytes.clone(), source.encoding);
     let after = read(format, &result, blocks, options).map_err(wrong)?.loops;
     let wanted = |own: &Loop| {
@@ -91,14 +92,14 @@ fn edit(format: Format, source: &Source, own: &Loop, old: &MemberValue, value: V
     let Origin::Text { span, .. } = &old.origin else { return inserted(format, source, own, old.member, value) };
     let written = source.text.get(span.clone())?;
     if format == Format::Ssv {
-        // The location is that of the element.
+        // The location covers the whole element.
         let at = value_of_attribute(written, "value")?;
         return Some((span.start + at.start..span.start + at.end, text(value).ok()?));
     }
     Some((span.clone(), as_written(format, written, value)?))
 }
 
-/// A value in the notation of the one that it replaces.
+/// A value in the notation of the value it replaces.
 fn as_written(format: Format, written: &str, value: Value) -> Option<String> {
     if format == Format::Json {
         return text(value).ok();
@@ -138,7 +139,7 @@ fn value_of_attribute(tag: &str, name: &str) -> Option<Range<usize>> {
     None
 }
 
-/// Inserts a missing value next to that of another member of the loop.
+/// Inserts a missing value next to the value of another member of the loop.
 fn inserted(format: Format, source: &Source, own: &Loop, member: usize, value: Value) -> Option<Edit> {
     let is_given = |setting: &&MemberValue| matches!(setting.origin, Origin::Text { .. });
     let before = own.settings.iter().rev().filter(|setting| setting.member < member).find(is_given);

@@ -23,14 +23,14 @@ pub struct Source {
     stretches: Vec<TextPosition>,
 }
 
-/// The size of a stretch in bytes, which limits the effort to locate a character.
+/// The size of a stretch in bytes, which bounds the cost of locating a character.
 const STRETCH: usize = 1024;
 
 impl Source {
-    /// The maximum size of a file in bytes. The sources of a whole plant take a hundredth of it.
+    /// The maximum size of a file in bytes. The sources of a whole plant take a hundredth of this.
     pub const LARGEST: u64 = 256 << 20;
 
-    /// Creates a source. Its encoding is UTF-8 or UTF-16 if there is such a byte order mark, UTF-8 if the bytes are
+    /// Creates a source. Its encoding is UTF-8 or UTF-16 if a byte order mark indicates that, UTF-8 if the bytes are
     /// valid UTF-8, and otherwise Windows-1252, which STEP 7 writes.
     pub fn new(file: impl Into<String>, bytes: Vec<u8>) -> Source {
         let is_utf_8 = std::str::from_utf8(&bytes).is_ok();
@@ -65,7 +65,7 @@ impl Source {
         Ok(Source::in_encoding(file.into(), bytes, chosen))
     }
 
-    /// The file name that stands for standard input.
+    /// The file name that denotes standard input.
     pub const STANDARD_INPUT: &str = "-";
 
     /// The name, for messages, and the bytes of a file, or of standard input if it is named `-`.
@@ -78,7 +78,7 @@ impl Source {
         let mut bytes = Vec::new();
         let file: io::Result<Box<dyn Read>> =
             if is_file { File::open(path).map(|file| Box::new(file) as _) } else { Ok(Box::new(io::stdin())) };
-        // An additional byte reveals that the file is too large, even if it is not a regular file and has no size.
+        // Reading one more byte reveals that the file is too large, even if it is not a regular file and has no size.
         file.and_then(|file| file.take(largest + 1).read_to_end(&mut bytes))
             .map_err(|error| format!("{name} cannot be read: {error}"))?;
         if bytes.len() as u64 > largest {
@@ -100,8 +100,8 @@ impl Source {
         }
     }
 
-    /// The line and column of a range of the text. The effort does not grow with the size of the file or the length of
-    /// a line.
+    /// The line and column of a range of the text. The cost does not depend on the size of the file or the length of a
+    /// line.
     pub fn place(&self, span: Range<usize>) -> TextPosition {
         let start = self.text.floor_char_boundary(span.start);
         let before = self.stretches.partition_point(|place| place.span.start <= start);

@@ -1,4 +1,4 @@
-//! Parameter sets of SSP (System Structure and Parameterization), which any SSP host applies to FMUs.
+//! Parameter sets of SSP (System Structure and Parameterization), which any SSP host can apply to FMUs.
 //!
 //! ```xml
 //! <ssv:ParameterSet version="1.0" name="TIC101" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
@@ -92,7 +92,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
     Some(loops)
 }
 
-/// The value of a Parameter, with its name excluding the loop.
+/// The value of a Parameter, with its name without the loop.
 fn entry<'a>(
     report: &mut Report,
     blocks: &[Arc<BlockType>],
@@ -125,7 +125,7 @@ fn entry<'a>(
     Some(Entry { name, name_span: parameter.span(), given, span: value.span() })
 }
 
-/// The maximum length, in bytes, of a name that is searched for members' names.
+/// The maximum length, in bytes, of a name that is searched for member names.
 const LONGEST: usize = 1000;
 
 /// The part after the last dot of a name.
@@ -133,8 +133,8 @@ fn last(full_name: &str) -> &str {
     full_name.rsplit('.').next().unwrap_or(full_name)
 }
 
-/// Whether the names form complete blocks if everything before the last dot is taken as the loop. They are then read
-/// that way: a loop may have the name of an instance inside another block.
+/// Whether the names form complete blocks if everything before the last dot is taken as the loop. In that case they are
+/// read this way, because a loop may have the name of an instance inside another block.
 fn is_listed<'a>(blocks: &[Arc<BlockType>], names: impl Iterator<Item = &'a str>) -> bool {
     let mut groups: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for name in names {
@@ -157,8 +157,8 @@ fn member_name<'a>(blocks: &[Arc<BlockType>], full_name: &'a str) -> &'a str {
     parts.find(known).unwrap_or(last(full_name))
 }
 
-/// Writes all settings of the loops, in the order of their blocks: for one loop under the FMU's names, for several
-/// prefixed by the loop.
+/// Writes all settings of the loops, in the order of their blocks: under the FMU's names for one loop, prefixed with
+/// the loop's name for several.
 ///
 /// # Errors
 /// A value is not finite, two loops have the same name, or a name cannot be represented in XML.

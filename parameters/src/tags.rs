@@ -1,11 +1,11 @@
-//! Tag tables of a PLC project, as TIA Portal and STEP 7 export them: names of inputs, outputs and memory, and constants.
+//! PLC tag tables as exported by TIA Portal and STEP 7: names of inputs, outputs and memory, and constants.
 //!
 //! | form | written by |
 //! |---|---|
 //! | XML with `SW.Tags.PlcTagTable` ([`read`]) | TIA Portal Openness, version control interface |
-//! | `.sdf`: texts in quotation marks, between commas ([`read`]) | *Export* of a tag table, symbol table of STEP 7 |
+//! | `.sdf`: quoted strings separated by commas ([`read`]) | *Export* of a tag table, symbol table of STEP 7 |
 //! | sheets with the headings *Name*, *Data Type*, *Logical Address*, *Comment*, *Value* ([`of_sheet`]) | *Export* to Excel |
-//! | `"Start" AT %I0.0 : Bool // Start button`, a line for each ([`read`], [`declaration`]) | people, and [`Tag`]'s `Display` |
+//! | `"Start" AT %I0.0 : Bool // Start button`, one per line ([`read`], [`declaration`]) | people, and [`Tag`]'s `Display` |
 
 mod lines;
 mod openness;
@@ -21,7 +21,7 @@ use std::ops::Range;
 pub use lines::{Declared, declaration};
 pub use sheet::of_sheet;
 
-/// The maximum number of tags and constants in a table, which is more than fits into a CPU.
+/// The maximum number of tags and constants in a table, which is more than a CPU can hold.
 pub const MOST: usize = 100_000;
 
 /// A tag.
@@ -31,10 +31,10 @@ pub struct Tag {
     pub name: String,
     /// Its type as written, without quotation marks: `Bool`, `Real`, or the name of a PLC data type.
     pub of: String,
-    /// Its address with a percent sign, in international mnemonics: `%I0.0`, `%QW4`, `%MD20`. `%I*` gives only the
+    /// Its address with a percent sign, in international mnemonics: `%I0.0`, `%QW4`, `%MD20`. `%I*` specifies only the
     /// area.
     pub address: Option<String>,
-    /// The author's comment on it, in one line.
+    /// The author's comment on it, on one line.
     pub comment: String,
 }
 
@@ -68,12 +68,12 @@ pub struct Tags {
 }
 
 impl Tag {
-    /// A tag with a type and nothing else.
+    /// A tag with only a name and a type.
     pub fn new(name: impl Into<String>, of: impl Into<String>) -> Tag {
         Tag { name: name.into(), of: of.into(), ..Tag::default() }
     }
 
-    /// Its memory area, if its address gives it.
+    /// Its memory area, if it has an address.
     pub fn area(&self) -> Option<Area> {
         self.address.as_deref().and_then(area)
     }
@@ -127,7 +127,8 @@ pub fn address(text: &str) -> Option<String> {
     (is_number || rest == "*").then(|| format!("%{area}{rest}"))
 }
 
-/// The letter of the area and the bits that an address of [`address`] covers; `None` for an area alone.
+/// The letter of the area and the bits covered by an address in the form that [`address`] returns; `None` for an area
+/// without an address.
 pub fn bits(address: &str) -> Option<(char, Range<u64>)> {
     let mut letters = address.trim_start_matches('%').chars();
     let (area, rest) = (letters.next()?, letters.as_str());
@@ -144,7 +145,8 @@ pub fn bits(address: &str) -> Option<(char, Range<u64>)> {
     Some((area, first..first + width))
 }
 
-/// The address of a tag in a table, if it has one; S5 timers and counters have areas of their own.
+/// The address of a tag in a table, if it has one; S5 timers and counters have none, because they are in separate
+/// areas.
 fn address_of(name: &str, written: &str) -> Result<Option<String>, String> {
     let number = written.trim().trim_start_matches('%').strip_prefix(['T', 't', 'C', 'c', 'Z', 'z']).map(str::trim);
     let is_s5 = number.is_some_and(|number| number.parse::<u32>().is_ok());
@@ -158,7 +160,7 @@ fn address_of(name: &str, written: &str) -> Result<Option<String>, String> {
     }
 }
 
-/// A comment joined to one line.
+/// A comment joined into one line.
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -179,7 +181,7 @@ fn literal(of: &str, value: &str) -> String {
 /// A location and the error there.
 type Wrong = (std::ops::Range<usize>, String);
 
-/// Reads a table in XML (`.xml`), in the format of STEP 7's symbols (`.sdf`), or in lines.
+/// Reads a table in XML (`.xml`), in STEP 7's symbol table format (`.sdf`), or as one declaration per line.
 ///
 /// # Errors
 /// The errors with line and column: damaged XML, a row without a name or type, more than [`MOST`] rows.
@@ -206,7 +208,7 @@ pub fn read(source: &Source) -> Result<Tags, Problems> {
     })
 }
 
-/// Whether a text is XML with a tag table, as a quick check.
+/// A quick check whether a text is XML with a tag table.
 pub fn is_table(text: &str) -> bool {
     text.contains("<SW.Tags.PlcTag")
 }

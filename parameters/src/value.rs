@@ -4,7 +4,7 @@ use blocks::table::number::{number, to_value};
 use blocks::table::start;
 use blocks::{Kind, Time, Value};
 
-/// Converts a number as the FMU does; unlike there, a TIME may be negative, as in a PLC.
+/// Converts a number as the FMU does, except that a TIME may be negative, as in a PLC.
 fn from_number(number: f64, kind: Kind) -> Result<Value, &'static str> {
     const LOWEST: i32 = i32::MIN;
     if kind == Kind::Time && number < 0.0 {
@@ -36,8 +36,8 @@ pub fn plc_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
     }
 }
 
-/// A value as written in JSON and XML: the shortest decimal that reads back to the same value, an integer, or true and
-/// false.
+/// A value as written in JSON and XML: the shortest decimal that reads back to the same value, an integer, `true` or
+/// `false`.
 ///
 /// # Errors
 /// The value is not finite.

@@ -1,4 +1,4 @@
-//! Parses XML to a tree with locations and limits: no DTD, and bounded depth, elements, attributes and memory.
+//! Parses XML into a tree with locations and limits: no DTD, and bounded depth, elements, attributes and memory.
 
 use crate::problem::quoted;
 use crate::report::Report;
@@ -104,17 +104,17 @@ impl<'d> Element<'d> {
         numbers.take_while(move |at| *at < end).map(move |at| Element { document, at })
     }
 
-    /// The first child of this name.
+    /// The first child with this name.
     pub fn child(self, name: &str) -> Option<Element<'d>> {
         self.elements().find(|child| child.name() == name)
     }
 
-    /// All children of this name.
+    /// All children with this name.
     pub fn children<'n>(self, name: &'n str) -> impl Iterator<Item = Element<'d>> + use<'d, 'n> {
         self.elements().filter(move |child| child.name() == name)
     }
 
-    /// The text in the element, without the white space around it, and its place.
+    /// The text in the element, without the white space around it, and its location.
     pub fn text(self) -> (&'d str, Range<usize>) {
         let number = (self.node().text as usize).checked_sub(1);
         match number.and_then(|number| self.document.texts.get(number)) {
@@ -171,7 +171,7 @@ struct Open {
     text: Option<(Range<usize>, Written)>,
 }
 
-/// A text of an element.
+/// The text of an element.
 enum Written {
     /// A range of the source.
     Source(Range<usize>),
@@ -236,7 +236,7 @@ pub fn tree(source: &str) -> Result<Document<'_>, (usize, String)> {
 }
 
 impl<'t> Document<'t> {
-    /// A document without elements, with capacity for those of its text.
+    /// A document without elements, with capacity for the elements of the text.
     fn parse(source: &'t str) -> Result<Document<'t>, (usize, String)> {
         if u32::try_from(source.len()).is_err() {
             return Err((0, "the file has more than 4 GB".into()));
@@ -247,7 +247,7 @@ impl<'t> Document<'t> {
         Ok(Document { source, nodes, texts: Vec::new(), values: Vec::new(), resolved: String::new() })
     }
 
-    /// The root.
+    /// The root element.
     pub fn root(&self) -> Element<'_> {
         Element { document: self, at: 0 }
     }
@@ -361,7 +361,7 @@ impl Xml {
         self.event(Event::Empty(BytesStart::new(name).with_attributes(attributes.iter().copied())));
     }
 
-    /// Writes an element with a text.
+    /// Writes an element that contains text.
     pub(crate) fn text(&mut self, name: &str, text: &str) {
         self.element(name, &[], |xml| xml.event(Event::Text(BytesText::new(text))));
     }

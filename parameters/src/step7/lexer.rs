@@ -1,4 +1,4 @@
-//! Splits a source text into tokens without loss: together they are the text.
+//! Splits a source text into tokens without loss: concatenated, they are the text.
 
 use std::ops::Range;
 
@@ -28,7 +28,7 @@ pub(super) enum TokenKind {
     QuotedName,
     /// `'text'`.
     Text,
-    /// A name or text without a closing quote on its line.
+    /// A name or string without a closing quote on its line.
     OpenQuote,
     /// `:=`.
     Assign,
@@ -112,7 +112,7 @@ fn is_of_word(character: char) -> bool {
     character.is_alphanumeric() || character == '_'
 }
 
-/// The length of a single-quoted text, in which `$` is the escape character.
+/// The length of a single-quoted string, in which `$` is the escape character.
 fn text_length(rest: &str) -> Option<usize> {
     let mut is_escaped = false;
     for (at, byte) in rest.bytes().enumerate().skip(1) {

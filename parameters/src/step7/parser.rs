@@ -7,7 +7,7 @@ use crate::report::Report;
 use std::ops::Range;
 use std::rc::Rc;
 
-/// The maximum number of blocks in a file, so that a hostile file cannot exhaust the memory. A PLC has at most 65535 of
+/// The maximum number of blocks in a file, so that a hostile file cannot exhaust memory. A PLC has at most 65535 of
 /// each kind.
 const MOST_BLOCKS: usize = 200_000;
 
@@ -52,7 +52,7 @@ pub(super) struct FunctionBlock {
 #[derive(Debug)]
 pub(super) struct Declaration {
     pub(super) name: Name,
-    /// Its type, if that is a name; for an array, the element type.
+    /// Its type, if it is a name; for an array, the element type.
     pub(super) kind: Option<Rc<Name>>,
     /// The bounds of an array: `1..3` or `1..2, 0..7`.
     pub(super) array: Option<String>,
@@ -124,12 +124,12 @@ impl<'a> Tokens<'a> {
         Some(token)
     }
 
-    /// Whether the text ended inside a comment: anything missing after it is not a separate error.
+    /// Whether the text ended inside a comment, so that anything missing after it is not a separate error.
     pub(super) fn is_in_comment(&self) -> bool {
         self.is_in_comment
     }
 
-    /// The end of the token before the next one.
+    /// The end of the previous token.
     pub(super) fn previous_end(&self) -> usize {
         self.previous_end
     }
@@ -192,7 +192,7 @@ impl<'a> Tokens<'a> {
         Some(Name { text: letters.to_ascii_uppercase() + number, span })
     }
 
-    /// Skips attributes in braces, if there are any.
+    /// Skips attributes in braces, if any.
     ///
     /// # Errors
     /// The location of an opening brace that is not closed.

@@ -16,11 +16,11 @@ use std::sync::Arc;
 /// The maximum nesting depth of function blocks. An S7-300 allows eight, an S7-1500 more.
 const DEPTH: usize = 32;
 
-/// The number of member names that suffices to recognize a block.
+/// The number of member names that is enough to recognize a block.
 const ENOUGH_NAMES: usize = 3;
 
-/// Reads the loops of a source text. [`Options::block`] is the block of data blocks with unknown types, if they have
-/// its members.
+/// Reads the loops of a source text. [`Options::block`] applies to data blocks of unknown types if they have its
+/// members.
 ///
 /// # Errors
 /// All errors in the text, at most about 50.
@@ -41,7 +41,7 @@ pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Re
         refused: HashSet::new(),
         seven_digits: None,
     };
-    // The end of a block is then uncertain.
+    // After a syntax error, the end of a block is uncertain.
     let is_broken = reader.report.is_wrong();
     for item in &items {
         if reader.found.len() > MOST_LOOPS {
@@ -89,7 +89,7 @@ fn functions<'a>(items: &'a [Item], blocks: &[Arc<BlockType>]) -> Functions<'a> 
             functions.insert(key(&block.name), Function { block, leads: Vec::new(), names });
         }
     }
-    // Each round finds the function blocks that are nested one level deeper.
+    // Each pass adds the function blocks that contain one found in the previous pass.
     let mut leading: HashSet<String> = HashSet::new();
     for _ in 0..DEPTH {
         let mut found = HashSet::new();
@@ -142,7 +142,7 @@ impl Skipped {
 /// A loop, as read.
 struct Found {
     one: Loop,
-    /// For a multi-instance, its name qualified by those of data block and instances.
+    /// For a multi-instance, its name qualified by the names of the data block and the outer instances.
     qualified: Option<String>,
     span: Range<usize>,
 }
@@ -171,7 +171,8 @@ impl Reader<'_> {
         let functions = self.functions;
         if let Some(block) = known(self.blocks, kind) {
             let values = assignments(self.text, db.body.clone());
-            // A project may use the number for a block of its own: then no member belongs to the known block.
+            // A project may use the number for one of its own blocks, in which case no member belongs to the known
+            // block.
             let is_number = !kind.text.eq_ignore_ascii_case(&block.name);
             if is_number && !values.0.is_empty() && values.0.iter().take(20).all(|value| is_strange(&block, value)) {
                 self.skip(db, kind);
@@ -217,7 +218,7 @@ impl Reader<'_> {
         self.found.push(Found { one: instance.one, qualified, span });
     }
 
-    /// Reads a data block of a function block declared in the text: its members that are instances of known blocks.
+    /// Reads the instances of known blocks in a data block whose function block is declared in the text.
     fn multi_instance(&mut self, db: &DataBlock, function: &Function) {
         let mut instances = Vec::new();
         if !self.expand(function, &mut Vec::new(), &mut instances) {
@@ -338,8 +339,8 @@ impl Reader<'_> {
         if errors.first.is_empty() && self.groups(db, &values) {
             return;
         }
-        // A typing error in the name of a type or in a value must not lose a loop; neither may another block that
-        // shares some names be mistaken for one of these, since its other values would be assigned to the wrong block.
+        // A typo in a type name or a value must not lose a loop. Nor must another block that shares some names be
+        // mistaken for a known one: its other values would be assigned to the wrong block.
         let is_member = |block: &&Arc<BlockType>| {
             values.iter().filter(|value| find(block, &value.path.join(".")).is_some()).count()
         };
@@ -367,7 +368,7 @@ impl Reader<'_> {
         self.skipped.add(format!("{} ({})", db.name.text, kind.text));
     }
 
-    /// The only block that has all these members, provided that at least the wanted number of them are inputs and
+    /// The only block that has all these members, provided that at least the required number of them are inputs and
     /// parameters.
     fn recognized<'n>(
         &self,
@@ -380,7 +381,7 @@ impl Reader<'_> {
     }
 
     /// Reads the multi-instances in a data block whose function block is not in the text, recognizing them by their
-    /// members. Returns whether there are any.
+    /// members. Returns whether any were found.
     fn groups(&mut self, db: &DataBlock, values: &[Assignment]) -> bool {
         let mut groups: HashMap<String, Vec<usize>> = HashMap::new();
         let mut order = Vec::new();
@@ -475,7 +476,7 @@ impl Reader<'_> {
     }
 }
 
-/// The number of inputs and parameters that an instance has in the PLC, except those of inner blocks.
+/// The number of inputs and parameters that an instance has in the PLC, excluding those of inner blocks.
 fn all_settings(block: &BlockType) -> usize {
     block.members.iter().filter(|member| !member.is_inner() && member.role.is_settable()).count()
 }

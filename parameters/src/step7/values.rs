@@ -5,7 +5,7 @@ use super::parser::{OPEN_COMMENT, Tokens};
 use crate::problem::quoted;
 use std::ops::Range;
 
-/// The maximum number of values in a data block, and of parts in a name.
+/// The maximum number of values in a data block, and of parts in a member's name.
 const MOST_VALUES: usize = 10_000;
 const MOST_PARTS: usize = 40;
 
@@ -128,7 +128,7 @@ fn assignment(text: &str, tokens: &mut Tokens) -> Result<Assignment, SyntaxError
         tokens.take();
     }
     let is_value = match tokens.next_kind() {
-        // On the next line, a name is the next member, not the value of this one.
+        // A name on the next line is the next member, not the value of this one.
         Some(TokenKind::Word) if tokens.next_begins_line() => is_literal(tokens.next_text()),
         Some(TokenKind::Word | TokenKind::Text | TokenKind::QuotedName) => true,
         _ => false,
@@ -150,7 +150,7 @@ fn is_literal(word: &str) -> bool {
         || word.eq_ignore_ascii_case("FALSE")
 }
 
-/// Parses the name of a member, with the instances that lead to it.
+/// Parses the name of a member, including the instances that contain it.
 fn path(text: &str, tokens: &mut Tokens) -> Result<(Vec<String>, Range<usize>), SyntaxError> {
     if tokens.next_is_symbol("#") {
         tokens.take();

@@ -13,7 +13,7 @@ const LONGEST_SYMBOL: usize = 24;
 /// The maximum length of a data block's name in TIA Portal, in characters.
 const LONGEST_NAME: usize = 125;
 
-/// Names with another meaning in AWL or SCL that could be members of a block.
+/// Possible member names that have another meaning in AWL or SCL.
 const RESERVED: [&str; 40] = [
     "A", "AN", "AND", "AR", "BEGIN", "CALL", "CASE", "CLR", "D", "DI", "DIV", "DO", "EXIT", "F", "FALSE", "FOR", "FP",
     "I", "IF", "L", "M", "MOD", "NOT", "O", "ON", "OR", "Q", "R", "RETURN", "S", "SET", "STOP", "T", "TAR", "TITLE",
@@ -21,7 +21,7 @@ const RESERVED: [&str; 40] = [
 ];
 
 /// Writes an AWL source for STEP 7, in Windows-1252: an instance data block for each loop, with all inputs and
-/// parameters. A comment contains its `origin`.
+/// parameters. A comment states the `origin`.
 ///
 /// # Errors
 /// STEP 7 cannot represent something, as explained in one sentence.
@@ -45,7 +45,7 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
         };
         data_block(&mut text, one, &name, &["TITLE =", "VERSION : 0.1"], &block)?;
     }
-    // Comments may contain any characters, names only those of the encoding.
+    // Comments may contain any character, names only those of the encoding.
     let bytes = Encoding::Windows1252
         .encode(&text)
         .ok_or("a name has characters that STEP 7 does not have: rename the loop, or write a source for TIA Portal")?;
@@ -56,7 +56,7 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
 }
 
 /// Writes an external source for TIA Portal: an instance data block for each loop, with all inputs and parameters. The
-/// text starts with a byte order mark, by which TIA Portal recognizes UTF-8.
+/// text starts with a byte order mark, from which TIA Portal recognizes UTF-8.
 ///
 /// # Errors
 /// TIA Portal cannot represent something, as explained in one sentence.
@@ -133,7 +133,7 @@ pub(crate) fn path(name: &str) -> String {
     name.split('.').map(part).collect::<Vec<_>>().join(".")
 }
 
-/// Whether a text is a data block number in STEP 7's notation.
+/// Whether a string is a data block number in STEP 7's notation.
 fn is_number(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit()) && (text == "0" || !text.starts_with('0'))
 }

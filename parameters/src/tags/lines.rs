@@ -11,11 +11,11 @@ pub enum Declared {
     Constant(Constant),
 }
 
-/// Reads a declaration: a name, which may stand in quotation marks, perhaps AT and an address, a colon and a type; then perhaps
-/// `:=` and a value, which makes it a constant, and a comment after `//`.
+/// Parses a declaration: a name, optionally quoted; optionally AT and an address; a colon and a type; optionally `:=`
+/// and a value, which makes it a constant; and optionally a comment after `//`.
 ///
 /// # Errors
-/// The expected form.
+/// The text is not a declaration: what was expected.
 ///
 /// ```
 /// use parameters::tags::{Area, Declared, declaration};
@@ -46,7 +46,7 @@ pub fn declaration(text: &str) -> Result<Declared, String> {
         }
         None => (None, rest.strip_prefix(':').ok_or_else(expected)?),
     };
-    // A text may contain two slashes.
+    // A string literal may contain two slashes.
     let is_outside = |at: &usize| rest[..*at].matches('\'').count() % 2 == 0;
     let comment = rest.match_indices("//").map(|(at, _)| at).find(is_outside);
     let (rest, comment) = comment.map_or((rest, ""), |at| (&rest[..at], &rest[at + 2..]));

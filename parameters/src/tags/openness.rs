@@ -74,7 +74,7 @@ fn attribute(of: Element, name: &str) -> Option<String> {
     Some(of.child("AttributeList")?.child(name)?.text().0.to_string())
 }
 
-/// The English comment if there is one, else the first that is not empty.
+/// The English comment if there is one, otherwise the first that is not empty.
 fn comment(of: Element) -> String {
     let is_comment = |text: &Element| text.attribute("CompositionName") == Some("Comment");
     let texts =

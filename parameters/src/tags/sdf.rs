@@ -1,4 +1,4 @@
-//! Reads tag tables in the format of STEP 7's symbols: quoted texts separated by commas.
+//! Reads tag tables in STEP 7's symbol table format: quoted strings separated by commas.
 //!
 //! TIA Portal writes name, address, type, three flags for panels, comment, and the value of a constant, whose address
 //! is CONSTANT. STEP 7 writes name, address, type and comment.
@@ -39,7 +39,7 @@ fn row(text: &str, start: usize) -> (Result<Vec<String>, String>, usize) {
     while let Some((at, character)) = characters.next() {
         let cell = cells.len() - 1;
         match character {
-            // A doubled quotation mark stands for one.
+            // A doubled quotation mark represents a single one.
             '"' if is_quoted && characters.peek().is_some_and(|(_, next)| *next == '"') => {
                 cells[cell].push('"');
                 characters.next();
@@ -81,7 +81,8 @@ fn add(tags: &mut Tags, cells: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether the address of a STEP 7 symbol is a block: `FB 41`. Such a row names the block, as its source does.
+/// Whether the address of a STEP 7 symbol is a block, such as `FB 41`. The block's source has the same name, so the row
+/// is not needed.
 fn is_block(place: &str) -> bool {
     let kind: String = place.chars().take_while(|c| c.is_ascii_alphabetic()).collect();
     matches!(kind.to_ascii_uppercase().as_str(), "FB" | "FC" | "DB" | "OB" | "SFB" | "SFC" | "UDT" | "VAT")

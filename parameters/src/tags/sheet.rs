@@ -12,8 +12,8 @@ struct Columns {
     comment: Option<usize>,
 }
 
-/// Adds the tags or constants of a sheet, given as row numbers, from 1, and cells. A sheet whose first row has other
-/// headings is skipped, and `false` is returned.
+/// Adds the tags or constants of a sheet, given as row numbers (from 1) and cells. Skips a sheet whose first row has
+/// other headings, and returns `false`.
 ///
 /// # Errors
 /// A row lacks a name, type or value, or has an address that a tag cannot have: a sentence with its number.

@@ -1,4 +1,4 @@
-//! Reads workbooks (`.xlsx`): the sheets of the spreadsheet parts, as rows of texts.
+//! Reads workbooks (`.xlsx`): the sheets, as rows of strings.
 
 use crate::xml::{self, Document, Element};
 use std::collections::HashMap;
@@ -6,10 +6,10 @@ use std::collections::HashMap;
 /// The maximum number of columns; a tag table has ten.
 const MOST_COLUMNS: usize = 50;
 
-/// The maximum number of rows with cells in a sheet.
+/// The maximum number of non-empty rows in a sheet.
 const MOST_ROWS: usize = super::MOST + 1;
 
-/// The rows of a sheet that have cells, with their numbers, from 1.
+/// The non-empty rows of a sheet, with their numbers, from 1.
 pub type Rows = Vec<(u32, Vec<String>)>;
 
 /// The sheets of a workbook, with their names. `part` returns the text of a part by its path, or `None` if the package
@@ -35,7 +35,7 @@ pub fn sheets(part: &mut dyn FnMut(&str) -> Result<Option<String>, String>) -> R
     for sheet in workbook.root().child("sheets").into_iter().flat_map(|sheets| sheets.children("sheet")) {
         let (Some(name), Some(id)) = (sheet.attribute("name"), sheet.attribute("id")) else { continue };
         let Some(target) = targets.get(id) else { continue };
-        // Relative to the root, or to the workbook.
+        // The target is relative to the root or to the workbook.
         let path = target.strip_prefix('/').map_or_else(|| format!("xl/{target}"), str::to_string);
         let Some(text) = part(&path)? else { return Err(format!("{path} is missing")) };
         let sheet = tree(&path, &text)?;
@@ -76,7 +76,7 @@ fn column(name: &str) -> Option<usize> {
     number.checked_sub(1)
 }
 
-/// The text of a cell: shared, inline, a truth value, or a number as written.
+/// The text of a cell: shared, inline, a Boolean, or a number as written.
 fn value(cell: Element, texts: &[String]) -> Result<String, String> {
     let value = cell.child("v").map_or("", |value| value.text().0);
     Ok(match cell.attribute("t") {
@@ -90,7 +90,7 @@ fn value(cell: Element, texts: &[String]) -> Result<String, String> {
     })
 }
 
-/// The text of a string item: its own, or that of its runs.
+/// The text of a string item: its own text, or the text of its runs.
 fn text_of(item: Element) -> String {
     let runs = item.children("r").filter_map(|run| run.child("t"));
     item.children("t").chain(runs).map(|text| text.text().0).collect()
