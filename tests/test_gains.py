@@ -34,7 +34,7 @@ def test_gains_become_settings_of_the_block(gains):
 def test_what_the_plc_makes_of_them_is_remarked(gains):
     done = gains("--ideal", "Kp=2,Ti=0.0404,Td=1", "--cycle", "0.1")
     assert done.stdout.splitlines()[7:] == [
-        "remark: TI = 0.0404 s becomes 0.04 s: a TIME has whole milliseconds",
+        "remark: TI = 0.0404 s becomes 0.04 s: a TIME is a whole number of milliseconds",
         "remark: the D action has no filter: TM_LAG = 0 s is below CYCLE / 2, with which the block computes",
         "remark: TI = 0.04 s is below CYCLE / 2: the block computes with 0.05 s",
         "remark: TM_LAG = 0 s is below CYCLE / 2: the block computes with 0.05 s",

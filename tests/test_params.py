@@ -156,7 +156,7 @@ def test_a_dump_that_does_not_look_like_the_block_is_remarked(params, tmp_path):
     for sentence in ["byte 20: GAIN is not a finite number", "byte 2: CYCLE is not above 0", "byte 1: bits are set"]:
         assert f"remark: DB41.bin: {sentence}" in done.stderr
     refused = params("DB41.bin", "--block=FB41", "--out", "a.json")
-    assert refused.stderr.endswith("error: a.json: DB41: GAIN is NaN, but JSON has finite numbers only\n")
+    assert refused.stderr.endswith("error: a.json: DB41: GAIN is NaN, but JSON has only finite numbers\n")
     assert not (tmp_path / "a.json").exists()
 
 
@@ -165,7 +165,7 @@ def test_differences_are_told_by_loop_and_parameter(params, tmp_path):
     after = {"A": {"MAN_ON": False, "GAIN": 3.5, "TD": 1, "TI": 25}, "NEW": {"PER_TM": 1}}
     (tmp_path / "after.json").write_text(json.dumps(after))
     done = params("before.awl", "--diff", "after.json")
-    assert done.returncode == 1 and "may differ from the values of the PLC by one bit" in done.stderr
+    assert done.returncode == 1 and "may differ from the PLC's values by one bit" in done.stderr
     told = json.loads(params("before.awl", "--diff", "after.json", "--json").stdout)
     assert told["differences"][0] == {"loop": "A", "parameter": "GAIN", "before": "3.0", "after": "3.5", "unit": None}
     assert told["only_in"] == [{"loop": "NEW", "file": "after.json"}]
@@ -282,4 +282,4 @@ def test_a_value_too_small_for_its_type_is_refused(params, tmp_path, value):
     (tmp_path / "a.json").write_text(f'{{"A": {{"GAIN": {value}, "LMN_HLM": 90.0}}}}')
     assert "a REAL takes 0 and magnitudes of at least 1.4e-45" in params("a.json").stderr
     (tmp_path / "b.json").write_text('{"A": {"TI": 0.0004, "LMN_HLM": 90.0}}')
-    assert "a TIME has whole milliseconds" in params("b.json").stderr
+    assert "a TIME is a whole number of milliseconds" in params("b.json").stderr

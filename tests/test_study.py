@@ -152,7 +152,7 @@ EXAMPLES = sorted((pathlib.Path(__file__).parents[1] / "examples" / "studies").g
 def test_the_studies_of_the_examples_can_be_made(study, example, tmp_path):
     done = study("--runs=0..2", "--part=two.part", "--jobs=1", file=example)
     remarks = done.stderr.splitlines()
-    assert done.returncode == 0 and all("may differ from the values of the PLC by one bit" in remark for remark in remarks), remarks
+    assert done.returncode == 0 and all("may differ from the PLC's values by one bit" in remark for remark in remarks), remarks
     # Of a source in which REALs have seven digits.
     assert bool(remarks) == (example.stem == "ovens")
     assert (tmp_path / "two.part").is_file()

@@ -600,7 +600,8 @@ fn whole_milliseconds(name: &str, seconds: f64, remarks: &mut Vec<String>) -> Re
     let time = Time::ms((seconds * 1000.0).round() as i32);
     let whole = number(Value::Time(time));
     if whole != shown(seconds) {
-        remarks.push(format!("{name} = {} s becomes {whole} s: a TIME has whole milliseconds", shown(seconds)));
+        remarks
+            .push(format!("{name} = {} s becomes {whole} s: a TIME is a whole number of milliseconds", shown(seconds)));
     }
     Ok(time)
 }

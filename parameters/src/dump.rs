@@ -37,8 +37,8 @@ pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Re
     }
     let Some(data) = source.bytes.get(offset..).and_then(|data| data.get(..size)) else {
         let (name, length) = (&block.name, source.bytes.len());
-        let behind = if offset > 0 { format!(" from byte {offset} on") } else { String::new() };
-        let message = format!("{name} takes {size} bytes{behind}, but the dump has {length} bytes in all");
+        let behind = if offset > 0 { format!(" from byte {offset}") } else { String::new() };
+        let message = format!("{name} takes {size} bytes{behind}, but the dump has only {length}");
         report.wrong_file(message, Some("read the whole data block, and check the block and the offset".into()));
         return report.finish(Vec::new());
     };
@@ -53,14 +53,14 @@ pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Re
         }
         if member.role == Role::Cycle && matches!(value, Value::Time(cycle) if cycle <= Time::ZERO) {
             let message =
-                format!("byte {place}: {} is not above 0: a running instance never has this value", member.name);
+                format!("byte {place}: {} is not greater than 0: a running instance never has this value", member.name);
             report.remark(None, message);
         }
         one.set(index, value, Origin::Data { file: source.file.clone(), address: place });
     }
     for byte in unused(&addresses, &block, data) {
         let message = format!(
-            "byte {}: bits are set that {} does not use: this may be another block, or another offset",
+            "byte {}: bits are set that {} does not use: the block or the offset may be wrong",
             byte + offset,
             block.name
         );
@@ -92,7 +92,7 @@ pub fn write(loops: &[Loop]) -> Result<Vec<u8>, String> {
 fn whole(block: &BlockType) -> Result<(Vec<Option<Address>>, usize), String> {
     if let Some(inner) = block.members.iter().find(|member| member.is_inner()) {
         return Err(format!(
-            "{} contains other blocks ({}), and where a data block holds these is not known: use another format than a dump",
+            "{} contains other blocks ({}), whose location in a data block is unknown: use a format other than a dump",
             block.name, inner.name
         ));
     }

@@ -158,7 +158,7 @@ pub fn write(loops: &[Loop]) -> Result<String, String> {
         let member = |setting: &crate::MemberValue| {
             let name = &one.block.members[setting.member].name;
             let value = value::text(setting.value)
-                .map_err(|value| format!("{}: {name} is {value}, but JSON has finite numbers only", one.name))?;
+                .map_err(|value| format!("{}: {name} is {value}, but JSON has only finite numbers", one.name))?;
             Ok(format!("    {}: {value}", string(name)))
         };
         let members: Result<Vec<String>, String> = one.settings.iter().map(member).collect();

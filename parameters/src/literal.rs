@@ -48,7 +48,7 @@ const fn expectation(kind: Kind) -> &'static str {
         Kind::Int => "an INT such as 200",
         Kind::Bool => "a BOOL: TRUE or FALSE",
         Kind::LTime => "an LTIME such as LT#20S or LT#1M30S500MS, with units in descending order",
-        Kind::Byte | Kind::DWord | Kind::LWord => "bits such as 16#6C00 or 27648",
+        Kind::Byte | Kind::DWord | Kind::LWord => "a bit string such as 16#6C00 or 27648",
         _ => "an integer such as 200",
     }
 }
@@ -134,7 +134,7 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
             let (low, high) = kind.whole().unwrap_or_default();
             match (low..=high).contains(&number) {
                 true => Ok(Value::Whole(kind, number as u64 as i64)),
-                false => Err(Refusal::Range("a number that fits the bits of the type")),
+                false => Err(Refusal::Range("a number that fits the type")),
             }
         }
     }
@@ -272,7 +272,7 @@ pub fn duration(literal: &str, resolution: i128) -> Result<i128, Refusal> {
         let whole = integer(whole)?;
         let length = length / resolution;
         if !is_first && whole >= *most {
-            return Err(Refusal::Range("a TIME whose units after the first are below one of the next longer unit"));
+            return Err(Refusal::Range("a TIME whose units after the first are within their range, such as 59S"));
         }
         let fraction = fraction_of(fraction.unwrap_or_default(), length)?;
         sum = sum.saturating_add(whole.saturating_mul(length)).saturating_add(fraction);
@@ -459,7 +459,7 @@ mod tests {
         assert_eq!(time("T#90S"), 90_000);
         assert_eq!(time("T#100H"), 360_000_000);
         assert_eq!(time("T#2147483647MS"), i32::MAX);
-        assert_refused("T#1M60S", Kind::Time, "units after the first are below one of the next longer unit");
+        assert_refused("T#1M60S", Kind::Time, "units after the first are within their range");
         assert_refused("T#1S1000MS", Kind::Time, "units after the first");
     }
 

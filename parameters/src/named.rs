@@ -89,7 +89,7 @@ pub(crate) fn member(block: &BlockType, name: &str) -> Result<usize, (String, Op
             let what = member.role.name();
             Err((
                 format!(
-                    "{} of {} is {}: only inputs and parameters have values here",
+                    "{} of {} is {}: only inputs and parameters can be set",
                     member.name,
                     block.name,
                     with_article(what)

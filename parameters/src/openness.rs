@@ -99,8 +99,8 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
     }
     if loops.is_empty() && !report.is_wrong() {
         report.wrong_file(
-            "the file holds no instance of a known block",
-            Some(format!("known are {}", list(blocks)).into()),
+            "the file contains no instance of a known block",
+            Some(format!("the known blocks are {}", list(blocks)).into()),
         );
     }
     tell_apart(&mut loops, &containers);
@@ -282,7 +282,7 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<String, String> {
         xml::check(&one.name)?;
         if let Some(inner) = one.block.members.iter().find(|member| member.is_inner()) {
             return Err(format!(
-                "{} contains other blocks ({}), which is not written as Openness XML: use JSON or SSV",
+                "{} contains other blocks ({}), which cannot be written as Openness XML: use JSON or SSV",
                 one.block.name, inner.name
             ));
         }

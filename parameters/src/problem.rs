@@ -63,13 +63,13 @@ impl fmt::Display for Remedy {
             }
             Remedy::DeclareConstant(name) => write!(formatter, "--constant {name}=5 declares it"),
             Remedy::DeclareInstance(name) => {
-                write!(formatter, "say which block it is an instance of: --instance \"{name} : Block\"")
+                write!(formatter, "name the block it is an instance of: --instance \"{name} : Block\"")
             }
             Remedy::ListMissing => {
-                formatter.write_str("plcfmu check with --assume lists all, with what their use tells")
+                formatter.write_str("plcfmu check with --assume lists them all, with what their use implies")
             }
             Remedy::Stub(name) => {
-                write!(formatter, "ask its author for the source, or take its interface alone with --stub {name}")
+                write!(formatter, "ask its author for the source, or use only its interface with --stub {name}")
             }
             Remedy::DeclareTag { name, of } => {
                 write!(formatter, "--tag \"{name} : {of}\" makes it an input or output, --constant {name}=5 a constant")

@@ -92,7 +92,7 @@ impl<'a> Report<'a> {
     /// Returns the loops, if there are no problems or correct loops suffice.
     pub(crate) fn finish(mut self, loops: Vec<Loop>) -> Result<Reading, Problems> {
         if self.problems.is_empty() && loops.is_empty() {
-            self.wrong_file("the file holds no loop", None);
+            self.wrong_file("the file contains no loop", None);
         }
         self.problems.sort_by_key(|problem| problem.place.as_ref().map_or(usize::MAX, |place| place.span.start));
         if self.omitted > 0 {

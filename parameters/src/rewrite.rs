@@ -37,7 +37,7 @@ pub fn rewrite(
     if format == Format::Dump {
         return Err(format!("{} is a data block dump, which has no text to change", source.file));
     }
-    let wrong = |_| format!("{} cannot be read any more", source.file);
+    let wrong = |_| format!("{} can no longer be read", source.file);
     let before = read(format, source, blocks, options).map_err(wrong)?.loops;
     let (mut edits, mut replaced) = (Vec::new(), Vec::new());
     for one in loops {
@@ -53,7 +53,7 @@ pub fn rewrite(
             let edit = edit(format, source, own, old, setting.value);
             edits.push(edit.ok_or_else(|| {
                 format!(
-                    "{} gives {member} of {} no value that could be replaced: write a new parameter file",
+                    "{} has no value of {member} in {} that could be replaced: write a new parameter file",
                     source.file, one.name
                 )
             })?);
@@ -61,7 +61,7 @@ pub fn rewrite(
         }
     }
     let bytes = edited(source, edits)
-        .ok_or_else(|| format!("{} has characters that its encoding does not have", source.file))?;
+        .ok_or_else(|| format!("{} would have characters that its encoding lacks", source.file))?;
     // The result is read back before it is returned, to verify that the values are where they belong.
     let result = Source::in_encoding(source.file.clone(), bytes.clone(), source.encoding);
     let after = read(format, &result, blocks, options).map_err(wrong)?.loops;

@@ -59,7 +59,7 @@ impl Source {
     pub fn encoded(file: impl Into<String>, bytes: Vec<u8>, encoding: &str) -> Result<Source, String> {
         let Some(chosen) = Encoding::named(encoding) else {
             return Err(format!(
-                "{encoding:?} is not an encoding; say utf-8, utf-16le, windows-1252 or windows-1251, for example"
+                "{encoding:?} is not an encoding; use utf-8, utf-16le, windows-1252 or windows-1251, for example"
             ));
         };
         Ok(Source::in_encoding(file.into(), bytes, chosen))

@@ -172,7 +172,7 @@ pub fn write(loops: &[Loop]) -> Result<String, String> {
             let member = &one.block.members[setting.member];
             let name = if rest.is_empty() { member.name.clone() } else { format!("{}.{}", one.name, member.name) };
             let value = value::text(setting.value).map_err(|value| {
-                format!("{}: {} is {value}: SSV files hold finite numbers only", one.name, member.name)
+                format!("{}: {} is {value}: SSV files hold only finite numbers", one.name, member.name)
             })?;
             parameters.push((name, element(setting), value));
         }

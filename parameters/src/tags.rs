@@ -152,7 +152,7 @@ fn address_of(name: &str, written: &str) -> Result<Option<String>, String> {
     let is_s5 = number.is_some_and(|number| number.parse::<u32>().is_ok());
     match address(written) {
         None if !written.trim().is_empty() && !is_s5 => Err(format!(
-            "the address {} of {} is not an input, output or memory, such as %I0.0 or %QW4",
+            "the address {} of {} is not an input, output or memory address such as %I0.0 or %QW4",
             quoted(written.trim()),
             quoted(name)
         )),

@@ -30,7 +30,7 @@ pub fn plc_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
     match value {
         Value::Real(0.0) if number != 0.0 => Err("a REAL takes 0 and magnitudes of at least 1.4e-45"),
         Value::Time(_) if (number * 1000.0 - (number * 1000.0).round()).abs() > ROUNDING => {
-            Err("a TIME has whole milliseconds")
+            Err("a TIME is a whole number of milliseconds")
         }
         _ => Ok(value),
     }

@@ -223,7 +223,7 @@ pub fn tree(source: &str) -> Result<Document<'_>, (usize, String)> {
                 };
                 document.add(&mut open, text.into(), start..end)?;
             }
-            Event::DocType(_) => return wrong("a document type definition (DTD) is not read: remove it".into()),
+            Event::DocType(_) => return wrong("a document type definition (DTD) is not supported: remove it".into()),
             Event::Decl(_) | Event::PI(_) | Event::Comment(_) => {}
             Event::Eof => break,
         }

@@ -84,7 +84,7 @@ fn hostile_texts_end_in_a_sentence() {
     const END: &str = "; END_DATA_BLOCK";
     assert_ends("one long line of values", repeated(BEGIN, "LNM:=2.0;", END), "more errors are not shown");
     assert_ends("a comment", repeated("(*", "x*", &format!("*){BEGIN}{END}")), "1 loops");
-    assert_ends("a comment without end", repeated("(*", "(*", ""), "this comment has no end");
+    assert_ends("a comment without end", repeated("(*", "(*", ""), "this comment is not closed");
     assert_ends("a name", repeated(BEGIN, "GAIN", &format!(":=1.0{END}")), "PUMP has no member");
     assert_ends("a name of a data block", repeated("DATA_BLOCK ", "TIC1", " PUMP BEGIN END_DATA_BLOCK"), "1 loops");
     assert_ends("a type", repeated("DATA_BLOCK DB1 ", "PUMP", " BEGIN END_DATA_BLOCK"), "which is not a known block");

@@ -230,11 +230,11 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
     );
     refused(
         "\"Motor_DB\"(x := 1);",
-        "no source declares the instance \"Motor_DB\"; say which block it is an instance of",
+        "no source declares the instance \"Motor_DB\"; name the block it is an instance of",
     );
     // Of many names, ten are listed, with the command that lists the rest.
     let many = |name: &str| (1..=12).map(|at| format!("#i := \"{name}{at:02}\";")).collect::<String>();
-    let rest = "and 2 more; plcfmu check with --assume lists all, with what their use tells";
+    let rest = "and 2 more; plcfmu check with --assume lists them all, with what their use implies";
     refused(&many("Tag"), &format!("\"Tag10\" : INT, {rest}"));
     refused(&many("Data\".\"m"), &format!("Data.m10, {rest}"));
     let calls: String = (1..=12).map(|at| format!("\"Other{at:02}\"();")).collect();
@@ -281,7 +281,7 @@ fn blocks_that_cannot_be_are_refused() {
     assert_eq!(
         errors,
         [
-            "a.scl:2:1: A: protected block without source code; ask its author for the source, or take its interface alone with --stub A"
+            "a.scl:2:1: A: protected block without source code; ask its author for the source, or use only its interface with --stub A"
         ]
     );
     let (errors, _) =

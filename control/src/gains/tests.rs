@@ -129,7 +129,7 @@ fn the_plc_rounds_gains_to_reals_and_times_to_milliseconds() {
         remarks,
         [
             "GAIN = 0.333333333333 becomes the REAL 0.33333334",
-            "TI = 20.0004 s becomes 20 s: a TIME has whole milliseconds"
+            "TI = 20.0004 s becomes 20 s: a TIME is a whole number of milliseconds"
         ]
     );
     let exact = controller(Form::Series, &[("Kp", 2.0), ("Ti", 10.0), ("Td", 1.0), ("Tf", 0.0)]).unwrap();
@@ -138,7 +138,7 @@ fn the_plc_rounds_gains_to_reals_and_times_to_milliseconds() {
     assert_eq!(
         remarks,
         [
-            "TD = 0.909090909091 s becomes 0.909 s: a TIME has whole milliseconds",
+            "TD = 0.909090909091 s becomes 0.909 s: a TIME is a whole number of milliseconds",
             "the D action has no filter: TM_LAG = 0 s is below CYCLE / 2, with which the block computes"
         ]
     );

@@ -61,7 +61,7 @@ impl Instance {
         let member = &self.one.block.members[index];
         if let Some(first) = self.given[index].replace(assignment.path_span.clone()) {
             let line = report.line(first);
-            let message = format!("{} is assigned twice; the first assignment is in line {line}", member.name);
+            let message = format!("{} is assigned twice; the first assignment is on line {line}", member.name);
             report.wrong(assignment.path_span.clone(), message, None);
             return;
         }
@@ -109,8 +109,7 @@ impl Instance {
                     None => "nothing but memory (STAT) is expected at this position".to_string(),
                 };
                 let found = format!("{} := {}", quoted(&name), quoted(&assignment.literal));
-                let message =
-                    format!("the names of the members are lost, and of {} {expected}, found {found}", block.name);
+                let message = format!("the member names are lost: in {}, {expected}, found {found}", block.name);
                 report.wrong(assignment.path_span.clone(), message, None);
                 return;
             }
@@ -119,7 +118,7 @@ impl Instance {
         }
         if assignments.len() < needed {
             let message = format!(
-                "the names of the members are lost, and {} has {} inputs and parameters, found {} values",
+                "the member names are lost: {} has {} inputs and parameters, found {} values",
                 block.name,
                 needed,
                 assignments.len()
@@ -127,7 +126,7 @@ impl Instance {
             report.wrong(db.span.clone(), message, None);
             return;
         }
-        let message = format!("{}: the names of the members are lost; the values were taken by position", db.text);
+        let message = format!("{}: the member names are lost; the values were assigned by position", db.text);
         report.remark(Some(db.span.clone()), message);
     }
 

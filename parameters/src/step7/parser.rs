@@ -60,7 +60,7 @@ pub(super) struct Declaration {
 }
 
 /// The message for an unterminated comment.
-pub(super) const OPEN_COMMENT: &str = "this comment has no end";
+pub(super) const OPEN_COMMENT: &str = "this comment is not closed";
 
 /// The keywords that start and end a block.
 const BLOCKS: [(&str, &str); 5] = [
@@ -263,7 +263,7 @@ impl Parser<'_, '_, '_> {
 
     fn attributes(&mut self) {
         if let Err(place) = self.tokens.skip_attributes() {
-            self.report.wrong(place, "expected `}` behind these attributes, found the end", None);
+            self.report.wrong(place, "expected `}` after these attributes, found the end", None);
         }
     }
 
@@ -368,13 +368,13 @@ impl Parser<'_, '_, '_> {
         let body = begin..self.end_of_block(&name, end).max(begin);
         let block = blocks.pop();
         if let Some(first) = blocks.first().filter(|_| !declares) {
-            let message = format!("expected one block of which {} is an instance, found several", quoted(&name.text));
+            let message = format!("expected one block as the type of {}, found several", quoted(&name.text));
             self.report.wrong(first.span.clone(), message, None);
             return None;
         }
         if block.is_none() && !declares {
             let message =
-                format!("the data block {} does not say of which block it is an instance", quoted(&name.text));
+                format!("the data block {} does not state which block it is an instance of", quoted(&name.text));
             self.report.wrong(name.span.clone(), message, Some("write it before BEGIN".to_string()));
             return None;
         }

@@ -285,14 +285,14 @@ impl Reader<'_> {
             let elements = member.array.as_deref().map_or(Some(vec![String::new()]), elements);
             let count = elements.as_ref().map_or(0, Vec::len);
             let refusal = if elements.is_none() {
-                let most = "whose bounds are not numbers, or which has too many";
-                Some(format!("is an array of instances {most}; declare each instance by itself"))
+                let most = "whose bounds are not numbers, or that has too many";
+                Some(format!("is an array of instances {most}; declare each instance separately"))
             } else if member.has_initial_value {
                 Some("is an instance with values in the declaration; write them in the data block".to_string())
             } else if path.len() == DEPTH && known(self.blocks, kind).is_none() {
-                Some(format!("is nested more than {DEPTH} deep, or in itself"))
+                Some(format!("is nested more than {DEPTH} levels deep, or contains itself"))
             } else if self.found.len() + instances.len() + count > MOST_LOOPS {
-                Some(format!("is beyond the {MOST_LOOPS} loops that a file can have; split it"))
+                Some(format!("exceeds the {MOST_LOOPS} loops allowed in a file; split the file"))
             } else {
                 None
             };
@@ -321,7 +321,8 @@ impl Reader<'_> {
     /// Reads a data block of an unknown type, whose block is recognized by its members.
     fn unknown(&mut self, db: &DataBlock, kind: &Name) {
         let (values, errors) = assignments(self.text, db.body.clone());
-        let remark = |block: &BlockType| format!("{}: {} is taken as {}", db.name.text, quoted(&kind.text), block.name);
+        let remark =
+            |block: &BlockType| format!("{}: {} is treated as {}", db.name.text, quoted(&kind.text), block.name);
         if let Some(block) = without_number(&kind.text).and_then(|name| self.blocks.iter().find(|b| b.is_called(name)))
         {
             self.report.remark(Some(kind.span.clone()), remark(block));
@@ -438,13 +439,13 @@ impl Reader<'_> {
         }
         if self.found.is_empty() && !self.report.is_wrong() {
             let help = "expected DATA_BLOCK ... END_DATA_BLOCK with the name of a block before BEGIN";
-            self.report.wrong_file("the file holds no instance data block", Some(help.into()));
+            self.report.wrong_file("the file contains no instance data block", Some(help.into()));
         }
         if let Some(sentence) = self.skipped.sentence() {
             self.report.remark(None, sentence);
         }
         if let Some(span) = self.seven_digits.take() {
-            let message = "REALs with seven digits, as here, may differ from the values of the PLC by one bit; a dump of the data \
+            let message = "REALs with seven digits, as here, may differ from the PLC's values by one bit; a dump of the data \
                            block is exact";
             self.report.remark(Some(span), message);
         }
@@ -468,7 +469,7 @@ impl Reader<'_> {
         found.retain(|Found { one, span, .. }| {
             let Some(first) = first.insert(one.name.to_uppercase(), span.clone()) else { return true };
             let message =
-                format!("{} occurs twice; the first is in line {}", quoted(&one.name), self.report.line(first));
+                format!("{} occurs twice; the first is on line {}", quoted(&one.name), self.report.line(first));
             self.report.wrong(span.clone(), message, None);
             false
         });

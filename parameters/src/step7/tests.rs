@@ -290,8 +290,8 @@ fn each_element_of_an_array_of_instances_is_a_loop() {
     assert_refused(
         &MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : ARRAY [1..COUNT] OF PUMP;"),
         &[
-            "plant.awl:15:4: `QIC` is an array of instances whose bounds are not numbers, or which has too many; declare \
-           each instance by itself",
+            "plant.awl:15:4: `QIC` is an array of instances whose bounds are not numbers, or that has too many; declare \
+           each instance separately",
         ],
     );
 }
@@ -367,7 +367,7 @@ END_DATA_BLOCK
 fn a_type_with_a_number_behind_it_is_the_block_after_a_migration() {
     let text = "DATA_BLOCK \"TIC101\"\n\"PUMP_1\"\nBEGIN\n GAIN := 4.0;\nEND_DATA_BLOCK";
     assert_eq!(one(text).block.name, "PUMP");
-    assert_eq!(remarks(text), "plant.awl:2:1: TIC101: `PUMP_1` is taken as PUMP");
+    assert_eq!(remarks(text), "plant.awl:2:1: TIC101: `PUMP_1` is treated as PUMP");
     assert_refused(&text.replace("GAIN", "SPEED"), &["plant.awl:4:2: PUMP has no member `SPEED`"]);
 }
 
@@ -375,7 +375,7 @@ fn a_type_with_a_number_behind_it_is_the_block_after_a_migration() {
 fn an_unknown_type_is_recognized_by_its_members() {
     let text = "DATA_BLOCK DB 3\nFB 333\nBEGIN\n TH_TZ := 4; TR_TZ := 5; SET := TRUE;\nEND_DATA_BLOCK";
     assert_eq!(one(text).block.name, "FAN");
-    assert_eq!(remarks(text), "plant.awl:2:1: DB3: `FB333` is taken as FAN");
+    assert_eq!(remarks(text), "plant.awl:2:1: DB3: `FB333` is treated as FAN");
 }
 
 #[test]
@@ -421,31 +421,24 @@ fn lost_names_are_taken_by_position() {
     let pump = one(LOST);
     assert_eq!((pump.get("GAIN"), pump.get("CYCLE")), (Some(Value::Real(3.5)), Some(Value::Time(Time::ms(5000)))));
     assert_eq!(pump.get("STEPS"), Some(Value::Int(9)));
-    assert_eq!(
-        remarks(LOST),
-        "plant.awl:1:12: DB41: the names of the members are lost; the values were taken by position"
-    );
+    assert_eq!(remarks(LOST), "plant.awl:1:12: DB41: the member names are lost; the values were assigned by position");
 }
 
 #[test]
 fn lost_names_whose_types_do_not_fit_are_refused() {
     assert_refused(
         &LOST.replace("T#5S", "5.0"),
-        &[
-            "plant.awl:4:18: the names of the members are lost, and of PUMP CYCLE (TIME) is expected at this position, found \
-           `IN1` := `5.0`",
-        ],
+        &["plant.awl:4:18: the member names are lost: in PUMP, CYCLE (TIME) is expected at this position, found \
+           `IN1` := `5.0`"],
     );
     assert_refused(
         &LOST.replace("IN5 := 1.0;", "").replace("OUT6 := 0.0; OUT7 := TRUE; STAT8 := 0.0; STAT9 := FALSE;", ""),
-        &["plant.awl:1:12: the names of the members are lost, and PUMP has 6 inputs and parameters, found 5 values"],
+        &["plant.awl:1:12: the member names are lost: PUMP has 6 inputs and parameters, found 5 values"],
     );
     assert_refused(
         &LOST.replace("IN4", "IN2"),
-        &[
-            "plant.awl:4:58: the names of the members are lost, and of PUMP STEPS (INT) is expected at this position, found \
-           `IN2` := `9`",
-        ],
+        &["plant.awl:4:58: the member names are lost: in PUMP, STEPS (INT) is expected at this position, found \
+           `IN2` := `9`"],
     );
 }
 
@@ -454,7 +447,7 @@ fn a_text_with_seven_digits_says_once_that_it_is_lossy() {
     let text = "DATA_BLOCK DB1 PUMP BEGIN GAIN := 1.234567e+000; SP_INT := 2.000000e+000; END_DATA_BLOCK";
     assert_eq!(
         remarks(text),
-        "plant.awl:1:35: REALs with seven digits, as here, may differ from the values of the PLC by one bit; a dump of the data \
+        "plant.awl:1:35: REALs with seven digits, as here, may differ from the PLC's values by one bit; a dump of the data \
          block is exact"
     );
 }
@@ -490,7 +483,7 @@ END_DATA_BLOCK
 fn a_member_that_is_assigned_twice_is_an_error() {
     assert_refused(
         "DATA_BLOCK DB1 PUMP BEGIN\nGAIN := 2.0;\ngain := 2.0;\nEND_DATA_BLOCK",
-        &["plant.awl:3:1: GAIN is assigned twice; the first assignment is in line 2"],
+        &["plant.awl:3:1: GAIN is assigned twice; the first assignment is on line 2"],
     );
 }
 
@@ -498,7 +491,7 @@ fn a_member_that_is_assigned_twice_is_an_error() {
 fn two_loops_of_one_name_are_an_error() {
     assert_refused(
         "DATA_BLOCK \"Tic\" PUMP BEGIN END_DATA_BLOCK\nDATA_BLOCK \"TIC\" PUMP BEGIN END_DATA_BLOCK",
-        &["plant.awl:2:12: `TIC` occurs twice; the first is in line 1"],
+        &["plant.awl:2:12: `TIC` occurs twice; the first is on line 1"],
     );
 }
 
@@ -515,7 +508,7 @@ fn a_file_without_a_known_block_is_an_error() {
     assert_refused(
         "(* nothing *)",
         &[
-            "plant.awl: the file holds no instance data block; expected DATA_BLOCK ... END_DATA_BLOCK with the name of a block \
+            "plant.awl: the file contains no instance data block; expected DATA_BLOCK ... END_DATA_BLOCK with the name of a block \
            before BEGIN",
         ],
     );
@@ -544,7 +537,7 @@ fn broken_structure_is_told_and_what_follows_is_read() {
         (
             "DATA_BLOCK DB1 BEGIN END_DATA_BLOCK",
             &[
-                "plant.awl:1:12: the data block `DB1` does not say of which block it is an instance; write it before BEGIN",
+                "plant.awl:1:12: the data block `DB1` does not state which block it is an instance of; write it before BEGIN",
             ],
         ),
         (
@@ -553,8 +546,8 @@ fn broken_structure_is_told_and_what_follows_is_read() {
         ),
         ("DATA_BLOCK ; END_DATA_BLOCK", &["plant.awl:1:12: expected a name after DATA_BLOCK, found `;`"]),
         ("hello", &["plant.awl:1:1: expected DATA_BLOCK or another block, found `hello`"]),
-        ("DATA_BLOCK DB1 PUMP (* BEGIN END_DATA_BLOCK", &["plant.awl:1:21: this comment has no end"]),
-        ("DATA_BLOCK DB1 PUMP BEGIN (* END_DATA_BLOCK", &["plant.awl:1:27: this comment has no end"]),
+        ("DATA_BLOCK DB1 PUMP (* BEGIN END_DATA_BLOCK", &["plant.awl:1:21: this comment is not closed"]),
+        ("DATA_BLOCK DB1 PUMP BEGIN (* END_DATA_BLOCK", &["plant.awl:1:27: this comment is not closed"]),
         (
             "DATA_BLOCK \"DB1 PUMP\nBEGIN END_DATA_BLOCK",
             &["plant.awl:1:12: expected a name after DATA_BLOCK, found `\"DB1 PUMP`, which has no closing quote"],
@@ -562,7 +555,7 @@ fn broken_structure_is_told_and_what_follows_is_read() {
         (
             "DATA_BLOCK DB1 PUMP { a := 'b' BEGIN END_DATA_BLOCK",
             &[
-                "plant.awl:1:21: expected `}` behind these attributes, found the end",
+                "plant.awl:1:21: expected `}` after these attributes, found the end",
                 "plant.awl:1:52: expected BEGIN in the data block `DB1`, found the end",
             ],
         ),
@@ -622,17 +615,19 @@ fn what_a_source_cannot_hold_is_a_sentence() {
     let mixer = [Loop::new("MIX", blocks()[3].clone())];
     assert_eq!(
         write(&mixer, "").unwrap_err(),
-        "MIX: LEVEL is an LREAL, which STEP 7 does not have; write a source for TIA Portal"
+        "MIX: LEVEL is an LREAL, which STEP 7 does not support; write a source for TIA Portal"
     );
     assert!(write_tia(&mixer, "").is_ok());
-    assert!(write(&[named(&"x".repeat(25))], "").unwrap_err().contains("STEP 7 takes names of at most 24 characters"));
-    assert!(write_tia(&[named("a\"b")], "").unwrap_err().contains("is not a valid name of a data block"));
-    assert!(write(&[named("tic"), named("TIC")], "").unwrap_err().starts_with("there are two loops `TIC`"));
+    assert!(
+        write(&[named(&"x".repeat(25))], "").unwrap_err().contains("STEP 7 accepts names of at most 24 characters")
+    );
+    assert!(write_tia(&[named("a\"b")], "").unwrap_err().contains("is not a valid data block name"));
+    assert!(write(&[named("tic"), named("TIC")], "").unwrap_err().starts_with("two loops are named `TIC`"));
     assert!(write(&[named("ПИД")], "").unwrap_err().contains("rename the loop"));
     assert!(write(&[named("Ã¤")], "").unwrap_err().contains("would be read as UTF-8"));
     let mut pump = named("DB1");
     pump.set(3, Value::Real(f32::NAN), Origin::Default);
-    assert_eq!(write(&[pump], "").unwrap_err(), "DB1: GAIN is NaN, which a source text cannot hold");
+    assert_eq!(write(&[pump], "").unwrap_err(), "DB1: GAIN is NaN, which a source text cannot represent");
 }
 
 #[test]

@@ -109,7 +109,7 @@ fn assignment(text: &str, tokens: &mut Tokens) -> Result<Assignment, SyntaxError
     let name = quoted(&text[path_span.clone()]);
     tokens.skip_attributes().map_err(|span| SyntaxError {
         span,
-        message: "expected `}` behind these attributes, found the end of the data block".to_string(),
+        message: "expected `}` after these attributes, found the end of the data block".to_string(),
         help: None,
     })?;
     if tokens.next_kind() != Some(TokenKind::Assign) {
@@ -175,7 +175,7 @@ fn path(text: &str, tokens: &mut Tokens) -> Result<(Vec<String>, Range<usize>), 
                 tokens.take();
             }
             if !tokens.next_is_symbol("]") {
-                return Err(expected(tokens, "`]` behind the index"));
+                return Err(expected(tokens, "`]` after the index"));
             }
             let index: String = text[begin..tokens.next_span().start].split_whitespace().collect();
             if let Some(name) = path.last_mut() {

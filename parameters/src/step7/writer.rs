@@ -34,7 +34,7 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
         {
             let (name, member) = (&one.name, &member.name);
             return Err(format!(
-                "{name}: {member} is an LREAL, which STEP 7 does not have; write a source for TIA Portal"
+                "{name}: {member} is an LREAL, which STEP 7 does not support; write a source for TIA Portal"
             ));
         }
         let block = one.block.aliases.iter().find(|alias| alias.starts_with("FB "));
@@ -46,9 +46,9 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
         data_block(&mut text, one, &name, &["TITLE =", "VERSION : 0.1"], &block)?;
     }
     // Comments may contain any character, names only those of the encoding.
-    let bytes = Encoding::Windows1252
-        .encode(&text)
-        .ok_or("a name has characters that STEP 7 does not have: rename the loop, or write a source for TIA Portal")?;
+    let bytes = Encoding::Windows1252.encode(&text).ok_or(
+        "a name has characters that STEP 7 does not support: rename the loop, or write a source for TIA Portal",
+    )?;
     if !text.is_ascii() && std::str::from_utf8(&bytes).is_ok() {
         return Err("the names would be read as UTF-8: rename the loops, or write a source for TIA Portal".into());
     }
@@ -82,14 +82,14 @@ fn check(loops: &[Loop], longest: usize, tool: &str) -> Result<(), String> {
         let shown = quoted(name);
         if name.is_empty() || name.contains(|c: char| c.is_control() || c == '"') {
             return Err(format!(
-                "{shown} is not a valid name of a data block: it is empty, or has a quote or a control character"
+                "{shown} is not a valid data block name: it is empty, or contains a quote or a control character"
             ));
         }
         if name.chars().count() > longest {
-            return Err(format!("{shown} is too long: {tool} takes names of at most {longest} characters"));
+            return Err(format!("{shown} is too long: {tool} accepts names of at most {longest} characters"));
         }
         if !names.insert(name.to_uppercase()) {
-            return Err(format!("there are two loops {shown}, which {tool} takes for one name"));
+            return Err(format!("two loops are named {shown}: {tool} ignores case"));
         }
     }
     Ok(())
@@ -114,7 +114,7 @@ fn data_block(text: &mut String, one: &Loop, name: &str, header: &[&str], block:
         };
         if !is_finite {
             let value = literal::text(setting.value);
-            return Err(format!("{}: {} is {value}, which a source text cannot hold", one.name, member.name));
+            return Err(format!("{}: {} is {value}, which a source text cannot represent", one.name, member.name));
         }
         text.push_str(&format!("   {} := {};\n", path(&member.name), literal::text(setting.value)));
     }

@@ -78,7 +78,7 @@ fn a_damaged_document_is_refused_with_its_line() {
     let without = OPENNESS.replace("<DataTypeName>Bool</DataTypeName>", "");
     assert_eq!(wrong(&without), "Mixer.xml:10:7: SW.Tags.PlcTag `Lid closed` has no DataTypeName");
     let entity = format!("<!DOCTYPE a [<!ENTITY b \"c\">]>{OPENNESS}");
-    assert!(wrong(&entity).contains("a document type definition (DTD) is not read"), "{}", wrong(&entity));
+    assert!(wrong(&entity).contains("a document type definition (DTD) is not supported"), "{}", wrong(&entity));
     assert!(wrong(&OPENNESS.replace("&amp;", "&b;")).contains("the entity `&b;` is unknown"));
     assert!(wrong("<Document/>").contains("expected a Document with an SW.Tags.PlcTagTable"));
 }
@@ -104,7 +104,7 @@ fn rows_of_an_sdf_have_nine_cells_or_four() {
 fn a_damaged_address_is_told_with_its_row() {
     let wrong = |place: &str| table("a.sdf", &SDF.replace("%QW64", place)).unwrap_err().to_string();
     for damaged in ["%QW6x", "%XW64", "%Q4.8", "%Q1.2.3", "QW", "%QWB4"] {
-        let expected = "of `Speed` is not an input, output or memory, such as %I0.0 or %QW4";
+        let expected = "of `Speed` is not an input, output or memory address such as %I0.0 or %QW4";
         assert_eq!(wrong(damaged), format!("a.sdf:2:1: the address `{damaged}` {expected}"));
     }
     // S5 timers and counters have addresses, too.

@@ -82,7 +82,7 @@ fn value(cell: Element, texts: &[String]) -> Result<String, String> {
     Ok(match cell.attribute("t") {
         Some("s") => {
             let text = value.parse::<usize>().ok().and_then(|number| texts.get(number));
-            text.ok_or_else(|| format!("no shared text {}", crate::problem::quoted(value)))?.clone()
+            text.ok_or_else(|| format!("no shared string {}", crate::problem::quoted(value)))?.clone()
         }
         Some("inlineStr") => cell.child("is").map_or_else(String::new, text_of),
         Some("b") => if value == "1" { "TRUE" } else { "FALSE" }.to_string(),

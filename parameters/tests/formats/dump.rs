@@ -71,12 +71,9 @@ fn a_dump_needs_the_block_and_the_error_names_the_blocks() {
 #[test]
 fn a_short_dump_is_refused_with_both_lengths() {
     let error = dump(&pump_bytes()[..35], 0).unwrap_err().to_string();
-    assert!(error.starts_with("plant.bin: PUMP takes 36 bytes, but the dump has 35 bytes in all"), "{error}");
+    assert!(error.starts_with("plant.bin: PUMP takes 36 bytes, but the dump has only 35"), "{error}");
     let error = dump(&pump_bytes(), 2).unwrap_err().to_string();
-    assert!(
-        error.starts_with("plant.bin: PUMP takes 36 bytes from byte 2 on, but the dump has 36 bytes in all"),
-        "{error}"
-    );
+    assert!(error.starts_with("plant.bin: PUMP takes 36 bytes from byte 2, but the dump has only 36"), "{error}");
     assert!(dump(&pump_bytes(), usize::MAX - 1).is_err());
     let error = dump(&pump_bytes(), 1).unwrap_err().to_string();
     assert_eq!(error, "plant.bin: the offset is 1: an instance begins at an even byte");
@@ -93,8 +90,8 @@ fn what_does_not_look_like_the_block_is_remarked() {
         dump(&bytes, 0).unwrap().remarks.to_string(),
         "plant.bin: byte 10: GAIN is not a finite number\n\
          plant.bin: byte 26: CYCLE is not above 0: a running instance never has this value\n\
-         plant.bin: byte 1: bits are set that PUMP does not use: this may be another block, or another offset\n\
-         plant.bin: byte 34: bits are set that PUMP does not use: this may be another block, or another offset"
+         plant.bin: byte 1: bits are set that PUMP does not use: the block or the offset may be wrong\n\
+         plant.bin: byte 34: bits are set that PUMP does not use: the block or the offset may be wrong"
     );
 }
 
@@ -110,8 +107,8 @@ fn a_dump_is_written_with_outputs_of_0() {
 
 #[test]
 fn a_block_with_blocks_inside_is_not_dumped() {
-    let sentence = "STATION contains other blocks (DI_PUMP.GAIN), and where a data block holds these is not known: use another \
-                    format than a dump";
+    let sentence = "STATION contains other blocks (DI_PUMP.GAIN), whose location in a data block is unknown: use a format \
+                    other than a dump";
     let problems = reading(Format::Dump, [0; 100], &of_block("STATION")).unwrap_err();
     assert_eq!(problems.to_string(), format!("plant.bin: {sentence}"));
     assert_eq!(parameters::write(Format::Dump, &[Loop::new("S", station())], ""), Err(sentence.into()));

@@ -79,7 +79,7 @@ fn every_error_has_its_place_and_all_are_told() {
         refusal(Format::Json, text),
         "plant.json:3:5: PUMP has no input or parameter `GAINN`; did you mean GAIN?\n\
          plant.json:4:11: TI: expected a number of seconds, found a string\n\
-         plant.json:5:5: LMN of PUMP is an output: only inputs and parameters have values here\n\
+         plant.json:5:5: LMN of PUMP is an output: only inputs and parameters can be set\n\
          plant.json:6:15: MAN_ON: expected true or false, found `1`\n\
          plant.json:7:15: PV_PER: found `0.5`, but a WORD takes -32768 ... 65535\n\
          plant.json:8:16: GAIN is given twice\n\
@@ -102,7 +102,7 @@ fn what_is_not_json_is_refused_with_its_place() {
     for (text, sentence) in [
         ("", "plant.json: expected a JSON object with loops, found an empty file"),
         ("[1]", "plant.json:1:1: expected an object with loops, found an array"),
-        ("{}", "plant.json: the file holds no loop"),
+        ("{}", "plant.json: the file contains no loop"),
         ("{\"A\": {\"GAIN\": 1}, \"A\": {}}", "plant.json:1:20: the loop `A` is given twice"),
         ("{\"A\": {\"MAN\": 1,}}", "plant.json:1:16: this is not JSON"),
         ("{\"A\": {\"MAN\": NaN}}", "plant.json:1:15: this is not JSON"),
@@ -148,7 +148,7 @@ fn what_the_file_cannot_hold_is_not_written() {
     one.set(5, Value::Real(f32::INFINITY), Origin::Default);
     assert_eq!(
         parameters::write(Format::Json, &[one], ""),
-        Err("A: GAIN is inf, but JSON has finite numbers only".into())
+        Err("A: GAIN is inf, but JSON has only finite numbers".into())
     );
     for format in [Format::Json, Format::Ssv, Format::Openness] {
         let error = parameters::write(format, &[Loop::new("A", pump()), Loop::new("A", valve())], "").unwrap_err();

@@ -136,7 +136,7 @@ fn a_block_under_another_name_is_known_by_its_members() {
     for other in [all.replace("Time", "DInt"), all.clone() + &member("X", "Int")] {
         assert_eq!(
             refusal(Format::Openness, of(&other)),
-            "plant.xml: the file holds no instance of a known block; known are PUMP, VALVE, STATION"
+            "plant.xml: the file contains no instance of a known block; the known blocks are PUMP, VALVE, STATION"
         );
     }
     let reading = reading(Format::Openness, of(&member("TRAVEL", "Real")), &of_block("VALVE")).unwrap();
@@ -199,7 +199,7 @@ fn a_data_block_is_written_for_each_loop() {
     assert!(text.contains("<Member Name=\"POSITION\" Datatype=\"Real\"/>"), "{text}");
     assert_eq!(
         parameters::write(Format::Openness, &[Loop::new("S", station())], ""),
-        Err("STATION contains other blocks (DI_PUMP.GAIN), which is not written as Openness XML: use JSON or SSV"
+        Err("STATION contains other blocks (DI_PUMP.GAIN), which cannot be written as Openness XML: use JSON or SSV"
             .into())
     );
     let error = parameters::write(Format::Openness, &[Loop::new("A\u{1}", valve())], "").unwrap_err();

@@ -90,7 +90,7 @@ fn what_no_block_has_is_refused_with_its_place() {
             parameter("GAIN", "Real value=\"1\""),
             "plant.ssv:4:1: `TIC101`: several blocks have these inputs and parameters",
         ),
-        (String::new(), "plant.ssv: the file holds no loop"),
+        (String::new(), "plant.ssv: the file contains no loop"),
     ] {
         let error = refusal(Format::Ssv, set(&parameters));
         assert!(error.starts_with(sentence), "{parameters}: {error}");

@@ -155,7 +155,7 @@ fn circles_entities_and_deep_elements_are_refused() {
     let deep = format!("<Document>{}", "<a>".repeat(100_000));
     for (text, message) in [
         (circle, "FB B, network 1: Contact #a: the wires form a cycle: this element depends on its own result"),
-        (dtd, "a document type definition (DTD) is not read: remove it"),
+        (dtd, "a document type definition (DTD) is not supported: remove it"),
         (deep, "elements are nested more than 64 deep"),
         ("<Document />".into(), "no block is declared here"),
         ("<html></html>".into(), "the root element is `html`, not Document: this is not an export of a block"),

@@ -86,12 +86,12 @@ fn a_workbook_that_would_fill_the_memory_is_refused() {
     let wrong = |parts: &BTreeMap<String, Vec<u8>>| format!("{:#}", read(workbook(parts)).unwrap_err());
     let strings = "xl/sharedStrings.xml";
     let entities = wrong(&with(strings, "<sst", "<!DOCTYPE a [<!ENTITY b \"c\">]><sst"));
-    assert_eq!(entities, "xl/sharedStrings.xml: a document type definition (DTD) is not read: remove it");
+    assert_eq!(entities, "xl/sharedStrings.xml: a document type definition (DTD) is not supported: remove it");
     let mut bomb = parts();
     bomb.insert(strings.into(), vec![b' '; 40 << 20]);
     assert!(wrong(&bomb).contains("xl/sharedStrings.xml"), "{}", wrong(&bomb));
     let without = wrong(&with("xl/worksheets/sheet1.xml", "<v>1</v>", "<v>7</v>"));
-    assert_eq!(without, "xl/worksheets/sheet1.xml: no shared text `7`");
+    assert_eq!(without, "xl/worksheets/sheet1.xml: no shared string `7`");
     let other = with("xl/worksheets/sheet1.xml", "Logical Address", "Where");
     // What has no tags may still have constants.
     assert_eq!(read(workbook(&other)).unwrap().tags, []);
