@@ -171,11 +171,11 @@ static void plcfmu_say_stop(const plcfmu_block_t *block, const call_t *call, plc
         plcfmu_say(text, "..");
         plcfmu_say_whole(text, call->high);
     } else if (call->cause == OUT_OF_BUDGET) {
-        plcfmu_say(text, ": the call has run ");
+        plcfmu_say(text, ": the call was stopped after ");
         plcfmu_say_whole(text, PLCFMU_BUDGET);
-        plcfmu_say(text, " statements and is stopped; if this loop does end, give the program a larger budget");
+        plcfmu_say(text, " statements; if this loop does end, give the program a larger budget");
     } else {
-        plcfmu_say(text, ": the loop has the step 0 and would not end");
+        plcfmu_say(text, ": the loop has step 0 and would never end");
     }
     plcfmu_say(text, " (call ");
     plcfmu_say_whole(text, block->calls);

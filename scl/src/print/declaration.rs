@@ -396,7 +396,7 @@ impl<'a> Printer<'a> {
             return Ok(None);
         }
         let Type::Record(record) = ty else {
-            return Err(format!("the start values of {path} have no text in SCL"));
+            return Err(format!("the start values of {path} cannot be written in SCL"));
         };
         let declared_start = self.declared_start(ty);
         let mut text = String::new();

@@ -128,7 +128,7 @@ impl Printer<'_> {
                 let text = format!("{name}(ARR := {array}, DIM := {})", dimension + 1);
                 self.converted(Printed::atom(text), Elementary::DInt, want)
             }
-            Expr::Now => Err("SCL has no time of the call in nanoseconds".to_string()),
+            Expr::Now => Err("SCL cannot read the time of the call in nanoseconds".to_string()),
             Expr::After(before, value) => {
                 if let Some(call) = self.value_call(before, value) {
                     let (text, of) = self.called(&call.clone())?;
@@ -269,10 +269,13 @@ impl Printer<'_> {
         let of = if op == Binary::Shr && ty.is_signed() { number(ty) } else { bits(ty) };
         if self.dialect == Dialect::Step7 {
             if of.class() == Class::Integer {
-                return Err(format!("STEP 7 has no SHR of {} that keeps the sign; print it for TIA Portal", of.name()));
+                return Err(format!(
+                    "STEP 7 has no SHR of {} that preserves the sign; print it for TIA Portal",
+                    of.name()
+                ));
             }
             if !matches!(b, Expr::Const(_)) {
-                return Err(format!("STEP 7 has no {name} by a number beyond INT; print it for TIA Portal"));
+                return Err(format!("STEP 7 has no {name} by a variable wider than INT; print it for TIA Portal"));
             }
         }
         let first = self.expr(a, of, false)?.text;

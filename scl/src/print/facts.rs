@@ -98,13 +98,13 @@ fn facts(program: &Program, roots: &[usize], dialect: Dialect) -> Result<Facts, 
                 }
             }
             (Use::System, None) => {
-                return Err(format!("{} is a function of the library that SCL has no text for", function.name));
+                return Err(format!("{} is a library function that cannot be written in SCL", function.name));
             }
             (Use::Block, Some(record)) => {
                 if let Some(other) = facts.blocks.insert(record, *number) {
                     let (one, other) = (&program.functions[other].name, &function.name);
                     return Err(format!(
-                        "{one} and {other} are called on the same instance; a function block has one body"
+                        "{one} and {other} are called on the same instance, but a function block has only one body"
                     ));
                 }
             }

@@ -30,7 +30,7 @@ impl Printer<'_> {
                     let of = if wide { Elementary::WChar } else { Elementary::Char };
                     return Ok((text, Some(self.dialect.check(of)?)));
                 }
-                (Step::Length, _) => return Err(format!("SCL has no variable with the length of {text}")),
+                (Step::Length, _) => return Err(format!("SCL has no variable for the length of {text}")),
                 _ => return Err(format!("{text} has no such part")),
             }
         }
@@ -42,7 +42,7 @@ impl Printer<'_> {
 
     fn index(&mut self, index: &crate::ir::Expr) -> Result<String, String> {
         if self.hoists(index) {
-            return Err("an index that statements calculate has no text in SCL".to_string());
+            return Err("an index computed by statements cannot be written in SCL".to_string());
         }
         self.argument(index, number(index.ty()))
     }
@@ -68,7 +68,7 @@ impl Printer<'_> {
                 let mut path: Vec<usize> = place.steps.iter().map_while(number).collect();
                 while !self.scope.interface.members.contains_key(&path) {
                     if path.pop().is_none() {
-                        return Err("a part of the instance is not a parameter".to_string());
+                        return Err("a used part of the instance is not a parameter".to_string());
                     }
                 }
                 let (ty, kind) = self.part(record, &path);
@@ -82,7 +82,7 @@ impl Printer<'_> {
                 };
                 Ok((text, member.ty.clone(), None, rest))
             }
-            _ => Err("a constant that is not a text has no name in SCL".to_string()),
+            _ => Err("a constant that is not a string cannot be written in SCL".to_string()),
         }
     }
 

@@ -232,7 +232,7 @@ impl Printer<'_> {
         let mut is_written = false;
         facts::each_place(&it.body, &mut |place, writes| is_written |= writes && *place == it.variable);
         if is_written || it.variable.steps.iter().any(|step| matches!(step, Step::Index(..))) {
-            return Err("a FOR whose variable is written in its body, or is an element, has no text in SCL".to_string());
+            return Err("SCL has no FOR whose variable is written in its body or is an array element".to_string());
         }
         let (variable, of) = self.place(&it.variable)?;
         let of = of.unwrap_or(number(it.first.ty()));
@@ -246,7 +246,7 @@ impl Printer<'_> {
     /// Prints the call of a function block, with the inputs that these statements set as arguments.
     fn call_block(&mut self, inputs: &[Statement], call: &Call) -> Result<(), String> {
         let Some(instance) = &call.instance else {
-            return Err("a function block is called on an instance".to_string());
+            return Err("a function block is called without an instance".to_string());
         };
         let mut parts = Vec::new();
         for input in inputs {
@@ -260,7 +260,7 @@ impl Printer<'_> {
         let callee = &self.program.functions[call.function];
         if callee.instance.is_some_and(|record| self.facts.general.contains(&record)) {
             if self.dialect == Dialect::Step7 {
-                return Err(format!("{instance} is of a type that STEP 7 does not have; print it for TIA Portal"));
+                return Err(format!("{instance} has a type that STEP 7 lacks; print it for TIA Portal"));
             }
             instance = format!("{instance}.{}", callee.name);
         }
@@ -319,7 +319,7 @@ impl Printer<'_> {
                             self.line(&format!("{to} := {value};"));
                             to
                         }
-                        Some(_) => return Err(format!("{name} of {} goes back to another variable", callee.name)),
+                        Some(_) => return Err(format!("{name} of {} is copied back to another variable", callee.name)),
                         None => self.kept(of, &value),
                     }
                 }
@@ -329,7 +329,7 @@ impl Printer<'_> {
                 }
                 _ => {
                     return Err(format!(
-                        "{name} of {} is a structure that is copied; SCL passes it by reference",
+                        "{name} of {} is a structure passed by value, but SCL passes it by reference",
                         callee.name
                     ));
                 }
@@ -349,7 +349,7 @@ impl Printer<'_> {
         for local in outs.into_iter().filter(|local| *local >= callee.parameters && Some(*local) != value) {
             let name = self.interfaces[&call.function].locals[local].clone();
             let Type::Scalar(ty) = callee.locals[local].ty else {
-                return Err(format!("{name} of {} is a structure that is copied out", callee.name));
+                return Err(format!("{name} of {} is a structure, which cannot be copied out", callee.name));
             };
             let to = call.outputs.iter().find(|(out, _)| *out == local).map(|(_, to)| to.clone());
             let to = match to {

@@ -161,7 +161,7 @@ fn a_loop_without_end_stops_the_program_and_not_the_engine() {
     ask(&mut engine, json!({"do": "send", "values": {"P1.level": 1.0}}));
     let state = ask(&mut engine, json!({"do": "run", "calls": 5}));
     let failure = state["failure"].as_str().unwrap();
-    assert!(failure.contains("pump.scl:15: the call has run 1000 statements and is stopped"), "{failure}");
+    assert!(failure.contains("pump.scl:15: the call was stopped after 1000 statements"), "{failure}");
     ask(&mut engine, json!({"do": "start", "members": [{"name": "P1", "fmu": "Pump"}], "connections": []}));
     assert_eq!(ask(&mut engine, json!({"do": "run", "calls": 1}))["values"]["P1.calls"], 0.0);
 }

@@ -48,12 +48,12 @@ impl Compiler<'_> {
             },
             Expr::Unary(unary, ty, a) => {
                 let a = self.typed(scope, a, *ty, None)?;
-                let function = unary.function(*ty).ok_or_else(|| format!("{unary:?} does not exist for {ty}"))?;
+                let function = unary.function(*ty).ok_or_else(|| format!("{unary:?} is undefined for {ty}"))?;
                 op(self, scope, &|to| Op::One { to, a, function })
             }
             Expr::Binary(binary, ty, left, right, at) => {
                 let (a, b) = self.operands(scope, *binary, *ty, left, right)?;
-                let function = binary.function(*ty).ok_or_else(|| format!("{binary:?} does not exist for {ty}"))?;
+                let function = binary.function(*ty).ok_or_else(|| format!("{binary:?} is undefined for {ty}"))?;
                 let line = std::mem::replace(&mut scope.at, *at);
                 let to = op(self, scope, &|to| match (function, binary, ty) {
                     (_, Binary::Add, Scalar::F32) => Op::AddF32 { to, a, b },
@@ -71,7 +71,7 @@ impl Compiler<'_> {
             Expr::Convert(how, from, ty, a, at) => {
                 let a = self.typed(scope, a, *from, None)?;
                 let function =
-                    how.function(*from, *ty).ok_or_else(|| format!("{how:?} of {from} to {ty} does not exist"))?;
+                    how.function(*from, *ty).ok_or_else(|| format!("{how:?} from {from} to {ty} is undefined"))?;
                 let line = std::mem::replace(&mut scope.at, *at);
                 let to = op(self, scope, &|to| match function {
                     Either::Plain(function) => Op::One { to, a, function },
@@ -89,7 +89,7 @@ impl Compiler<'_> {
             }
             Expr::Limit(ty, parts) => {
                 let first = self.three(scope, parts, [*ty; 3])?;
-                let function = limit(*ty).ok_or_else(|| format!("{ty} has no limits"))?;
+                let function = limit(*ty).ok_or_else(|| format!("LIMIT is undefined for {ty}"))?;
                 op(self, scope, &|to| Op::Three { to, first, function })
             }
             Expr::Texts(binary, a, b) => {
@@ -168,7 +168,7 @@ impl Compiler<'_> {
             (Type::Text { capacity: first, wide }, Type::Text { capacity: second, wide: same }) if wide == same => {
                 Ok((a, b, (first, second), wide))
             }
-            _ => Err("two texts of the same kind are compared".to_string()),
+            _ => Err("only strings of the same kind can be compared".to_string()),
         }
     }
 

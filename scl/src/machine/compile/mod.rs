@@ -62,7 +62,7 @@ impl Code {
         code.natives = natives.into_iter().map(|(_, law, size)| (law, size)).collect();
         if code.start.len() > LARGEST_MEMORY {
             return Err(format!(
-                "the program needs {} MB of memory; at most {} MB are possible",
+                "the program needs {} MB of memory; the limit is {} MB",
                 code.start.len() >> 20,
                 LARGEST_MEMORY >> 20
             ));
@@ -135,7 +135,7 @@ impl<'a> Compiler<'a> {
             return Err(format!("{} calls itself", function.name));
         }
         if depth > DEEPEST {
-            return Err(format!("{} is called through more than {DEEPEST} nested functions", function.name));
+            return Err(format!("{} is nested in more than {DEEPEST} calls", function.name));
         }
         self.begun[number] = true;
         let Body::Code(body) = &function.body else {
@@ -189,7 +189,7 @@ impl<'a> Compiler<'a> {
             self.check(&local.ty, 0)?;
             homes.push(match &local.ty {
                 Type::Open { dimensions, .. } if local.by_reference => Home::Reference(take(1 + 2 * dimensions)?),
-                Type::Open { .. } => return Err(format!("{}: an open array is passed by reference", local.name)),
+                Type::Open { .. } => return Err(format!("{}: an open array must be passed by reference", local.name)),
                 _ if local.by_reference => Home::Reference(take(1)?),
                 Type::Scalar(_) => Home::Register(take(1)?),
                 _ => Home::Memory(self.frame(function, space.memory, number)),
@@ -248,7 +248,7 @@ impl<'a> Compiler<'a> {
                 self.check(of, depth + 1)
             }
             Type::Open { of, dimensions } if (1..=6).contains(dimensions) => self.check(of, depth + 1),
-            Type::Open { .. } => Err("an open array has 1 to 6 dimensions".to_string()),
+            Type::Open { .. } => Err("an open array must have 1 to 6 dimensions".to_string()),
             _ => Ok(()),
         }
     }
@@ -329,7 +329,7 @@ impl<'a> Compiler<'a> {
             }
             Type::Open { .. } => return Err("an open array cannot be compared".to_string()),
         }
-        if parts.len() > MOST { Err(format!("more than {MOST} members are compared")) } else { Ok(()) }
+        if parts.len() > MOST { Err(format!("a comparison covers more than {MOST} members")) } else { Ok(()) }
     }
 
     /// The index of a block's law, and the size of its instance.
@@ -403,6 +403,6 @@ fn warning(by_zero: bool, ty: Scalar) -> String {
     match (by_zero, ty.is_float()) {
         (true, false) => "division by 0: the result is 0".to_string(),
         (true, true) => "division by 0: the result is infinite or not a number".to_string(),
-        (false, _) => format!("overflow: the result lies outside of {ty}, its low bits are kept"),
+        (false, _) => format!("overflow: the result is outside the range of {ty}; its low bits are kept"),
     }
 }

@@ -44,7 +44,7 @@ impl Compiler<'_> {
                 }
                 (Step::Length, Type::Text { .. }) => (Location::Memory { base, offset }, Type::Scalar(Scalar::U16)),
                 (Step::Index(indices, at), ty) => self.element(scope, place, (base, offset), ty, indices, *at)?,
-                _ => return Err("only a record has members, and a text a length".to_string()),
+                _ => return Err("only a record has members, and only a string has a length".to_string()),
             };
         }
         Ok((location, ty))
@@ -72,7 +72,7 @@ impl Compiler<'_> {
             _ => return Err("only an array has elements".to_string()),
         };
         if indices.len() != bounds.len() {
-            return Err(format!("an array has {} indices", bounds.len()));
+            return Err(format!("the array needs {} indices", bounds.len()));
         }
         let mut stride = self.program.size(&of);
         // The last index varies fastest, but the first one is evaluated first.
@@ -107,10 +107,10 @@ impl Compiler<'_> {
         indices: &[Expr],
         at: At,
     ) -> Result<(Location, Type), String> {
-        let Base::Local(local) = place.base else { return Err("an open array is a parameter".to_string()) };
-        let Home::Reference(home) = scope.homes[local] else { return Err("an open array is by reference".to_string()) };
+        let Base::Local(local) = place.base else { return Err("open arrays are parameters".to_string()) };
+        let Home::Reference(home) = scope.homes[local] else { return Err("open arrays are by reference".to_string()) };
         if indices.len() != dimensions {
-            return Err(format!("an array has {dimensions} indices"));
+            return Err(format!("the array needs {dimensions} indices"));
         }
         let number = scope.take()?;
         self.emit(scope, Op::Const { to: number, bits: 0 });
@@ -180,7 +180,9 @@ impl Compiler<'_> {
                 self.emit(scope, Op::CopyText { to, from, to_capacity, from_capacity, wide });
             }
             (Type::Text { .. } | Type::Open { .. }, _) | (_, Type::Text { .. } | Type::Open { .. }) => {
-                return Err("a text is copied to a text of the same kind, and an open array not at all".to_string());
+                return Err(
+                    "a string can only be copied to a string of the same kind, an open array not at all".to_string()
+                );
             }
             _ => {
                 let (size, found) = (self.program.size(to_type), self.program.size(from_type));

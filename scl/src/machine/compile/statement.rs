@@ -96,7 +96,7 @@ impl Compiler<'_> {
             }
             What::For(it) => self.count(scope, it),
             What::Break | What::Continue => {
-                let (end, next) = *scope.loops.last().ok_or("no loop around")?;
+                let (end, next) = *scope.loops.last().ok_or("not in a loop")?;
                 let to = if *what == What::Break { end } else { next };
                 self.emit(scope, Op::Jump { to: to as Target });
                 scope.run = None;
@@ -197,21 +197,21 @@ impl Compiler<'_> {
             (None, None) => None,
             (Some(place), Some(record)) => match self.address(scope, place)? {
                 (address, Type::Record(found)) if found == record => Some(address),
-                _ => return Err(format!("an instance of {} is of another type", callee.name)),
+                _ => return Err(format!("an instance of {} has the wrong type", callee.name)),
             },
-            _ => return Err(format!("{} is called with an instance, or without one", callee.name)),
+            _ => return Err(format!("{} is called with an unexpected instance or without one", callee.name)),
         };
         if let (Body::Native(name), Some(instance)) = (&callee.body, address) {
             let (law, size) = self.native(name)?;
             let record = callee.instance.unwrap_or_default();
             if self.program.records[record].start.len() != size || !callee.locals.is_empty() {
-                return Err(format!("the instance of {name} has another size"));
+                return Err(format!("the instance of {name} has the wrong size"));
             }
             self.emit(scope, Op::Native { law, instance });
             return Ok(());
         }
         if call.arguments.len() != callee.parameters {
-            return Err(format!("{} has {} parameters", callee.name, callee.parameters));
+            return Err(format!("{} needs {} arguments", callee.name, callee.parameters));
         }
         // All arguments are evaluated before the first parameter is written: an argument, or an index in a variable or
         // output, may call the same function or another one that uses the same registers.
@@ -232,7 +232,7 @@ impl Compiler<'_> {
                     passed.push((address, Some((place, ty))));
                 }
                 (Argument::Start, Home::Register(_) | Home::Memory(_), _) => passed.push((0, None)),
-                _ => return Err(format!("{} of {} is passed in another way", local.name, callee.name)),
+                _ => return Err(format!("{} of {} is passed in the wrong way", local.name, callee.name)),
             }
         }
         let mut outputs = Vec::new();
@@ -278,7 +278,7 @@ impl Compiler<'_> {
                     let from = self.address_of(scope, (0, *from))?;
                     self.copy(scope, (to, ty), (from, &local.ty))?;
                 }
-                _ => return Err(format!("{} of {} is passed in another way", local.name, callee.name)),
+                _ => return Err(format!("{} of {} is passed in the wrong way", local.name, callee.name)),
             }
         }
         Ok(())
@@ -304,17 +304,17 @@ impl Compiler<'_> {
             (Type::Open { of, dimensions }, Type::Open { of: element, dimensions: same })
                 if self.program.size(of) == self.program.size(element) && dimensions == same =>
             {
-                let Base::Local(local) = place.base else { return Err("an open array is a parameter".to_string()) };
-                let Home::Reference(home) = scope.homes[local] else { return Err("it is by reference".to_string()) };
+                let Base::Local(local) = place.base else { return Err("open arrays are parameters".to_string()) };
+                let Home::Reference(home) = scope.homes[local] else { return Err("it is not a reference".to_string()) };
                 for number in 1..=2 * *dimensions as Register {
                     self.emit(scope, Op::Move { to: to + number, from: home + number });
                 }
             }
             (Type::Open { .. }, _) | (_, Type::Open { .. }) => {
-                return Err("an array has other elements or dimensions".to_string());
+                return Err("an array has the wrong elements or dimensions".to_string());
             }
             _ if self.program.size(expected) == self.program.size(found) => {}
-            _ => return Err("a variable of another size is passed by reference".to_string()),
+            _ => return Err("a variable of the wrong size is passed by reference".to_string()),
         }
         self.emit(scope, Op::Move { to, from });
         Ok(())
