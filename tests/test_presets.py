@@ -191,7 +191,7 @@ def test_an_original_never_reads_the_file(open_fmu, tmp_path):
 def test_the_library_with_a_wrong_guid_says_what_a_preset_would_need(open_fmu):
     fmu = open_fmu("CONT_C")
     is_made, ((_, text),) = instantiate(fmu, fmu.resources.encode(), guid=b"{1}")
-    assert not is_made and fmu.description.guid in text and "take the modelDescription.xml that came with it" in text
+    assert not is_made and fmu.description.guid in text and "use the modelDescription.xml that came with it" in text
     assert START in text
 
 

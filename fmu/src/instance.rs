@@ -518,7 +518,10 @@ mod tests {
     #[test]
     fn a_refused_reference_is_named_with_what_to_use_instead() {
         let mut instance = initialized(|_| ());
-        assert_eq!(reason(instance.set::<Fmi2, _>(&[9], &[0.0])), "value reference 9 is unknown: they go from 0 to 8");
+        assert_eq!(
+            reason(instance.set::<Fmi2, _>(&[9], &[0.0])),
+            "value reference 9 is unknown: valid ones are 0 to 8"
+        );
         assert_eq!(
             reason(instance.set::<Fmi2, _>(&[ON], &[1.0])),
             "value reference 2 is ON, of type Boolean: use fmi2SetBoolean"

@@ -129,7 +129,7 @@ mod tests {
         let refusal = named(&[Some(c"logAll")]).unwrap_err();
         assert_eq!(
             refusal.reason(),
-            "category \"logAll\" is unknown: there are logStatusError, logStatusDiscard, logStatusFatal, logAdvice"
+            "category \"logAll\" is unknown: the categories are logStatusError, logStatusDiscard, logStatusFatal, logAdvice"
         );
         assert_eq!(named(&[None]).unwrap_err().reason(), "a category is NULL");
     }

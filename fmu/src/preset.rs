@@ -100,7 +100,7 @@ pub fn read<S: TableText>(
     let (name, given) = (identity.name, identity.shown());
     let (path, bytes) = resources::read(resources, FILE, LARGEST).map_err(|why| {
         let other = messages::other_library(name, &given, &identity.text(own));
-        format!("{other}; if the FMU is a preset, its start values belong into resources/{FILE}, but {why}")
+        format!("{other}; if the FMU is a preset, its start values belong in resources/{FILE}, but {why}")
     })?;
     let refused = |why: String| format!("{name} = {given}: {path}: {why}; unpack the FMU again");
     let text = std::str::from_utf8(&bytes).map_err(|_| refused("the start values are damaged: not UTF-8".into()))?;

@@ -361,7 +361,7 @@ impl Library for Program {
     /// program or of one of its presets, whose start values are also in the resources.
     fn open(identity: Identity, location: Argument) -> Result<Origin<Program>, Refusal> {
         if identity.value.is_none() {
-            return Err(format!("{} = NULL: take the modelDescription.xml of the FMU", identity.name).into());
+            return Err(format!("{} = NULL: use the FMU's modelDescription.xml", identity.name).into());
         }
         let file = |name: &str| {
             resources::read(location, name, LARGEST).map_err(|why| {

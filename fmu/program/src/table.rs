@@ -138,7 +138,7 @@ pub(crate) fn build(
             }
             _ => return Err(format!("{name} is neither a number nor a text")),
         };
-        let kind = kind(variable.of).ok_or_else(|| format!("{name}: an FMU cannot show a {}", variable.of))?;
+        let kind = kind(variable.of).ok_or_else(|| format!("{name}: an FMU cannot represent a {}", variable.of))?;
         let value = scl::ir::Value::read(ty, &start[offset..]).to_plc(kind);
         let is_written = matches!(variable.role, interface::Role::InOut | interface::Role::Local);
         let held = if is_written && role == Role::Input { Held::InOut } else { Held::Memory };
@@ -211,7 +211,7 @@ fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) ->
     let role = match role {
         Role::Input if of.role == interface::Role::Local => {
             return Err(format!(
-                "{} is not an input: the program may write this text, and a host cannot set it then; make it a VAR_INPUT",
+                "{} is not an input: the program may write this text, so a host cannot set it; make it a VAR_INPUT",
                 of.name
             ));
         }
@@ -319,7 +319,7 @@ fn documentation(manifest: &Manifest, milliseconds: u32, root: &Root) -> String 
     let cycle = f64::from(milliseconds) / 1000.0;
     let sources: Vec<String> = manifest.sources.iter().map(|source| source.display().to_string()).collect();
     format!(
-        "The PLC program {} in SCL, called every {cycle:?} s.\n\nThe sources are in the FMU's folder resources: {}.\n",
+        "The PLC program {} in SCL, called every {cycle:?} s.\n\nThe sources are in the FMU's resources folder: {}.\n",
         root.block,
         sources.join(", ")
     )

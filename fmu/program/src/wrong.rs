@@ -33,10 +33,10 @@ impl fmt::Display for Wrong {
                 formatter.write_str(problems.iter().map(problem::drawn).collect::<String>().trim_end())
             }
             Wrong::Choice { blocks, .. } if blocks.is_empty() => formatter
-                .write_str("the sources have no block to be run: neither a FUNCTION_BLOCK nor an ORGANIZATION_BLOCK"),
+                .write_str("the sources contain no block to run: neither a FUNCTION_BLOCK nor an ORGANIZATION_BLOCK"),
             Wrong::Choice { blocks, .. } if blocks.len() == 1 => write!(
                 formatter,
-                "{} is not run alone: its array parameters get their bounds from a caller; call it from another block",
+                "{} cannot run on its own: its array parameters take their bounds from a caller; call it from another block",
                 blocks[0]
             ),
             Wrong::Choice { blocks, .. } => write!(

@@ -4,7 +4,7 @@
    plcfmu; docs/c_sources.md in plcfmu lists the differences. */
 
 #if defined(__BYTE_ORDER__) && defined(__ORDER_LITTLE_ENDIAN__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
-#error "saved states have the bytes of a little endian machine, and this one is none"
+#error "saved states are little endian, but this machine is not"
 #endif
 
 /* Fails to compile if the compiler's memory layout differs from the table's. */

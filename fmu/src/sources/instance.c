@@ -34,7 +34,7 @@ static plcfmu_component_t *plcfmu_make(const char *name, plcfmu_logger_t logger,
     size_t length = name == NULL ? 0 : strlen(name);
     if (c == NULL) {
         plcfmu_log(logger, environment, length == 0 ? "" : name, PLCFMU_REFUSED, "logStatusError",
-                   PLCFMU_INSTANTIATE_NAME ": there is no memory for another instance; free one, or compile with a larger "
+                   PLCFMU_INSTANTIATE_NAME ": no memory for another instance; free one, or compile with a larger "
                                            "PLCFMU_MAX_INSTANCES");
         return NULL;
     }
@@ -67,7 +67,7 @@ static plcfmu_status_t plcfmu_begin(plcfmu_component_t *c, const char *what, con
     plcfmu_fresh(c);
     if (!plcfmu_is_strict() || !plcfmu_is_exact(c)) {
         return plcfmu_refuse(&c->text, "this library was compiled with options that change its results (-ffast-math, fused "
-                                       "multiplication and addition, x87 or such): its self-test differs; compile it without them");
+                                       "multiply-add, x87 or similar): its self-test fails; compile it without them");
     }
     return PLCFMU_OK;
 }

@@ -175,15 +175,15 @@ pub fn file(parts: &Parts) -> String {
     let Door { standard, header_name, prefix, .. } = door;
     let version = env!("CARGO_PKG_VERSION");
     let mut text = format!(
-        "/* {name}: an FMU for co-simulation ({standard}) in one file of C99, which is C++, too. Made by plcfmu {version}.
+        "/* {name}: an FMU for co-simulation ({standard}) in one C99 file, which is also valid C++. Made by plcfmu {version}.
 
-   1. What is called: the types, the operations, the functions
-   2. The table: the variables that a host sees
-   3. The door: {standard} over both, the same in every FMU
+   1. The code that is called: the types, the operations, the functions
+   2. The table: the variables seen by the host
+   3. The door: {standard} for both, identical in every FMU
 
-   Compile it with FMI's header {header_name}, which a host has, and without options that change results: it says so itself. The
-   names of its functions begin with {name}_ unless {prefix} is defined, or DISABLE_PREFIX for none, as in a shared
-   library. Instances are allocated, or lie in a static pool of PLCFMU_MAX_INSTANCES. */
+   Compile it with FMI's header {header_name}, which the host provides, and without options that change results: the
+   self-test detects them. Function names begin with {name}_ unless {prefix} is defined, or DISABLE_PREFIX for
+   no prefix, as in a shared library. Instances are allocated on the heap, or in a static pool of PLCFMU_MAX_INSTANCES. */
 
 #if !defined({prefix}) && !defined(DISABLE_PREFIX)
 #define {prefix} {name}_
@@ -223,7 +223,7 @@ fn functions(text: &mut String, functions: &[Function]) {
         let all: Vec<String> = allowed.map(|(_, letter)| format!("PLCFMU_{letter}")).collect();
         if all.is_empty() { "0".to_string() } else { all.join(" | ") }
     };
-    text.push_str("\n/* The functions and the states in which they are allowed. Two rows are more lenient than the standard because hosts\n   need it: in state instantiated Get works and gives the start values, and inputs may be set. */\n");
+    text.push_str("\n/* The functions and the states in which they are allowed. Two rows are more lenient than the standard because hosts\n   need it: in state instantiated, Get works and returns the start values, and inputs may be set. */\n");
     text.push_str("static const plcfmu_function_t plcfmu_functions[] = {\n");
     for function in functions {
         let _ = writeln!(text, "    {{\"{}\", {}}},", function.name, states(function));
@@ -279,7 +279,7 @@ fn table(parts: &Parts) -> String {
     let mut text = format!(
         "
 /* ------------------------------------------------------------------------------------------------------------------------
-   The table: what a host sees. */
+   The table: the host's view. */
 
 #define PLCFMU_NAME {name:?}
 #define PLCFMU_GUID {:?}
@@ -289,9 +289,9 @@ fn table(parts: &Parts) -> String {
 #define PLCFMU_CYCLE {period} /* ms */
 #define PLCFMU_MEMORY {memory}u /* bytes */
 #define PLCFMU_BUDGET {budget} /* statements in a call */
-#define PLCFMU_IS_BLOCK {} /* 1: a block, which has its cycle in its memory; 0: a program */
+#define PLCFMU_IS_BLOCK {} /* 1: a block, whose memory contains its cycle; 0: a program */
 #define PLCFMU_IN_OUTS {} /* whether there are variables that the host sets and the program writes */
-#define PLCFMU_MAY_STOP {} /* whether a call can be stopped: by an index out of bounds, or a loop without end */
+#define PLCFMU_MAY_STOP {} /* whether a call can be stopped: by an index out of bounds or an endless loop */
 #define PLCFMU_CALL {}
 #define PLCFMU_TEST_CALLS {calls}
 #define PLCFMU_TEST_HIGH {:#x}ull
@@ -315,17 +315,17 @@ fn table(parts: &Parts) -> String {
                 let _ = writeln!(text, "#define PLCFMU_STARTUP {startup} /* called once at the start */");
             }
             if let Some(offset) = own_cycle {
-                let _ = writeln!(text, "#define PLCFMU_OWN_CYCLE {offset} /* where the program has it for itself */");
+                let _ =
+                    writeln!(text, "#define PLCFMU_OWN_CYCLE {offset} /* the address of the program's own variable */");
             }
             (&whole, files.iter().map(|file| quoted(file)).collect())
         }
         Of::Block { restart, mean, check, fields } => {
             let _ = writeln!(text, "#define PLCFMU_RESTART {restart}");
             if let Some((mean, pulse, call)) = mean {
-                let _ =
-                    writeln!(text, "#define PLCFMU_MEAN {mean} /* where the mean of the pulse lies in the memory */");
+                let _ = writeln!(text, "#define PLCFMU_MEAN {mean} /* the address of the pulse's mean in memory */");
                 let _ = writeln!(text, "#define PLCFMU_PULSE {pulse}");
-                let _ = writeln!(text, "#define PLCFMU_PULSE_CALL {call} /* writes the pulse anew */");
+                let _ = writeln!(text, "#define PLCFMU_PULSE_CALL {call} /* recomputes the pulse */");
             }
             if let Some(check) = check {
                 refusals(&mut text, check);
@@ -349,12 +349,13 @@ fn table(parts: &Parts) -> String {
 fn refusals(text: &mut String, check: &Check) {
     let _ =
         writeln!(text, "#define PLCFMU_CHECK {} /* refuses settings with which the block cannot run */", check.call);
+    let _ =
+        writeln!(text, "#define PLCFMU_REFUSAL {} /* the address of the message number, 0 for none */", check.refusal);
     let _ = writeln!(
         text,
-        "#define PLCFMU_REFUSAL {} /* where it writes the number of the message, or 0 */",
-        check.refusal
+        "#define PLCFMU_REFUSAL_NUMBERS {} /* the address of the numbers in the message */",
+        check.numbers
     );
-    let _ = writeln!(text, "#define PLCFMU_REFUSAL_NUMBERS {} /* where the numbers in it lie */", check.numbers);
     let _ = writeln!(text, "\n/* The messages; \\001 and \\002 stand for the numbers. */");
     let messages: Vec<String> = check.messages.iter().map(|message| format!("    {},\n", quoted(message))).collect();
     let _ = writeln!(text, "static const char *const plcfmu_refusals[] = {{\n{}}};", messages.concat());
@@ -364,11 +365,11 @@ fn refusals(text: &mut String, check: &Check) {
 fn saved(text: &mut String, fields: &[Field]) {
     text.push_str(
         "
-/* What a saved state has of the memory, in this order. */
+/* The parts of memory in a saved state, in this order. */
 typedef struct {
     size_t offset; /* bytes */
     size_t size;
-    int is_truth;  /* 0 or 1 is all that it can be */
+    int is_truth;  /* whether it can only be 0 or 1 */
 } plcfmu_field_t;
 
 static const plcfmu_field_t plcfmu_fields[] = {
@@ -418,21 +419,21 @@ static const plcfmu_kind_t plcfmu_kinds[] = {
 fn rows(text: &mut String, parts: &Parts) {
     text.push_str(
         "
-/* When a variable is given what the host has set, if not at once. */
+/* When a variable receives the value set by the host, if not immediately. */
 enum { PLCFMU_EACH_CALL = 1, PLCFMU_AT_START = 2 };
 
-/* What the variables are for the host. */
+/* The roles of variables for the host. */
 enum { PLCFMU_INPUT, PLCFMU_PARAMETER, PLCFMU_FIXED, PLCFMU_CYCLE_TIME, PLCFMU_OUTPUT, PLCFMU_LOCAL };
 
-/* A variable; its value reference is its place in the table. */
+/* A variable; its value reference is its index in the table. */
 typedef struct {
     const char *name;
     int kind;
-    int type;      /* what a host takes it for: its place in plcfmu_types */
+    int type;      /* the host's type: its index in plcfmu_types */
     int role;
     int held;      /* 0, PLCFMU_EACH_CALL or PLCFMU_AT_START */
-    size_t offset; /* in the memory, bytes */
-    double low;    /* what the self-test gives a floating-point number, and a time that is a parameter */
+    size_t offset; /* in memory, bytes */
+    double low;    /* the self-test's range for a floating-point number or a time parameter */
     double high;
 } plcfmu_row_t;
 
@@ -458,7 +459,7 @@ static const plcfmu_row_t plcfmu_rows[] = {
     let types: Vec<String> = door.types.iter().map(|name| format!("{name:?}")).collect();
     let _ = writeln!(
         text,
-        "\n/* The types of a host. */\nstatic const char *const plcfmu_types[] = {{{}}};",
+        "\n/* The host's types. */\nstatic const char *const plcfmu_types[] = {{{}}};",
         types.join(", ")
     );
 }
@@ -474,7 +475,7 @@ fn references(text: &mut String, parts: &Parts) {
             text,
             "#define PLCFMU_REFERENCES {count}u /* of variables and texts */
 
-/* Some places of a list. */
+/* A range of list entries. */
 typedef struct {{
     size_t count;
     u32_t first;
@@ -493,8 +494,7 @@ typedef struct {{
     };
     let all: Vec<Vec<u32>> = (0..count as u32).map(one).collect();
     if layout.is_some() {
-        let of =
-            "The elements of each variable; an element that does not come first has none, and the place of its array";
+        let of = "The elements of each variable; an element other than the first has none and refers to its array";
         lists(text, of, ("plcfmu_parts", "plcfmu_elements"), &all, |reference| Some(array(reference as u32)));
     }
     if door.has_dependencies {
@@ -569,16 +569,16 @@ fn texts(text: &mut String, texts: &[(Text, usize, usize)]) {
         "#define PLCFMU_TEXTS PLCFMU_TEXT_COUNT
 #define PLCFMU_TEXT_BYTES {given} /* of all texts in UTF-8 */
 
-/* A text; its value reference is its place in the table, behind the variables. */
+/* A text; its value reference is its index in this table plus the number of variables. */
 typedef struct {{
     const char *name;
     const char *type;
     int role;
-    size_t offset; /* in the memory, bytes: the number of characters in 16 bits, then the characters */
-    size_t size;   /* there, bytes */
+    size_t offset; /* in memory, bytes: a 16-bit number of characters, then the characters */
+    size_t size;   /* in memory, bytes */
     u32_t most;    /* characters */
     int is_wide;   /* characters have 16 bits */
-    size_t given;  /* where a host is given it */
+    size_t given;  /* where it is returned to the host */
 }} plcfmu_text_row_t;
 
 static const plcfmu_text_row_t plcfmu_text_rows[] = {{

@@ -77,7 +77,7 @@ static plcfmu_saved_t *plcfmu_keep(plcfmu_component_t *c, void **address) {
     }
     state = plcfmu_new_state();
     if (state == NULL) {
-        plcfmu_say(&c->text, "there is no memory for another state; free one, or compile with a larger PLCFMU_MAX_STATES");
+        plcfmu_say(&c->text, "no memory for another state; free one, or compile with a larger PLCFMU_MAX_STATES");
         return NULL;
     }
     state->next = c->saved;

@@ -4,17 +4,17 @@ pub(crate) use crate::messages::*;
 
 messages! {
     no_simulation_of_this_kind(): "this FMU is for co-simulation only: call fmi3InstantiateCoSimulation";
-    function_of_another_kind(kind: &str): "it belongs to {kind}: this FMU is for co-simulation only";
+    function_of_another_kind(kind: &str): "this function is for {kind}, and this FMU is for co-simulation only";
     no_structural_parameters(): "the FMU has no structural parameters";
     no_configuration_mode(): "the FMU has no structural parameters and no Configuration Mode";
-    none_of_this_type(kind: &str): "the FMU has no {kind}";
+    none_of_this_type(kind: &str): "the FMU has no {kind} variables";
     inside_array(reference: u32, array: u32):
-        "value reference {reference} is unknown: it is inside the array with value reference {array}";
+        "value reference {reference} is unknown: it is an element of the array with value reference {array}";
     wrong_count(count: usize, found: usize): "nValues = {count}: the variables have {found} values";
     time_is_float64(reference: u32): "value reference {reference} is the time, of type Float64: use fmi3GetFloat64";
     time_is_read(reference: u32): "value reference {reference} is the time, of type Float64: it can only be read";
     no_dependencies(reference: u32):
-        "value reference {reference} is not that of an output: no other variable has dependencies";
+        "value reference {reference} is not an output: only outputs have dependencies";
     wrong_dependency_count(count: usize, found: usize): "nDependencies = {count}: the variable has {found}";
     step_of_zero(): "communicationStepSize = 0.0: must be above 0";
 }
