@@ -12,10 +12,10 @@
 //! assert_eq!(controller.lmn, 2.05);
 //! ```
 //!
-//! The documentation of each block states its law, clause by clause, and where each rule comes from:
-//! *manual* (the vendor's published manual), *vendor* (later vendor texts on the same blocks or their sisters),
-//! *measured* (recorded at the terminals of a real block), *observed* (published descriptions of how the blocks
-//! behave), *decided* (by us, where all of these are silent).
+//! The documentation of each block states its law, clause by clause, and the source of each rule: *manual* (the
+//! vendor's published manual), *vendor* (later vendor texts on the same or related blocks), *measured* (recorded at the
+//! terminals of a real block), *observed* (published descriptions of how the blocks behave), *decided* (by us, where
+//! all of these are silent).
 
 /// Lists the blocks of a vendor, in the vendor's file.
 macro_rules! vendor {
@@ -71,7 +71,7 @@ pub fn for_each_block(what: &mut impl EachBlock) {
     abb::for_each_block(what);
 }
 
-/// Calls `what` for every block of this crate that is faster [in lanes](table::abreast).
+/// Calls `what` for every block of this crate that runs faster [in lanes](table::abreast).
 pub fn for_each_in_lanes(what: &mut impl table::abreast::EachInLanes) {
     what.block::<ContC>();
 }

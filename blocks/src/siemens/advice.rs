@@ -1,5 +1,5 @@
-//! Advice about settings with which the controllers and the pulse generator may behave unexpectedly. `path` leads to an
-//! inner block, such as `DI_CONT_C.`, and is empty otherwise.
+//! Advice about settings with which the controllers and the pulse generator may behave unexpectedly. `path` is the
+//! prefix of an inner block, such as `DI_CONT_C.`, and empty otherwise.
 
 use crate::table::number::shown;
 use crate::table::{Real, Time, rnd};

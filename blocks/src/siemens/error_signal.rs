@@ -1,16 +1,16 @@
-//! The setpoint and process value branches that CONT_C and CONT_S have in common.
+//! The setpoint and process value branches that CONT_C and CONT_S share.
 
 use crate::table::{Real, Word};
 
 /// CRP_IN and PV_NORM: an analog word as a process value.
 #[inline(always)]
 pub(crate) fn process_value(pv_per: Word, pv_fac: Real, pv_off: Real) -> Real {
-    // The REAL next to 100/27648. A division would differ in the last bit for one word in five (measured).
+    // The REAL nearest to 100/27648. A division would differ in the last bit for one word in five (measured).
     const PERCENT_PER_COUNT: Real = 0.003616898;
     ((pv_per.real() * PERCENT_PER_COUNT) * pv_fac) + pv_off
 }
 
-/// DEADBAND: errors within `-width ... width` are 0, larger ones lose the width.
+/// DEADBAND: errors within `-width ... width` become 0, larger ones are reduced by the width.
 #[inline(always)]
 pub(crate) fn dead_band(x: Real, width: Real) -> Real {
     if x < -width {

@@ -1,14 +1,14 @@
 //! Blocks of one kind that are called together, one for each of several runs with different values.
 //!
-//! A `Vec` stores them one after the other. [`Lanes`] stores them variable by variable (structure of arrays), so that the
+//! A `Vec` stores them block by block. [`Lanes`] stores them variable by variable (structure of arrays), so that the
 //! compiler turns a loop over [`LANES`] calls into vector instructions (SIMD). The law itself is not rewritten: the
 //! compiler vectorizes it across the blocks. Vector instructions add, multiply and divide each number as scalar ones do
 //! (IEEE 754), so the results are identical to the last bit.
 //!
-//! That pays if the law is a computation with conditions, without loops over memory and with all functions inlined:
-//! [`for_each_in_lanes`](crate::for_each_in_lanes) lists such blocks, others are slower in lanes. A call that occasionally
-//! does more, such as recomputing an exponential after a setting has changed, leaves that out and says so
-//! ([`Lane::is_steady`]); it is then made separately.
+//! This pays off if the law consists of arithmetic and conditions, without loops over memory and with all functions
+//! inlined: [`for_each_in_lanes`](crate::for_each_in_lanes) lists these blocks; others are slower in lanes. A call that
+//! occasionally does more, such as recomputing an exponential after a setting has changed, skips that work and reports
+//! it ([`Lane::is_steady`]); the block is then called separately.
 
 use crate::table::number::{number, to_value};
 use crate::table::{Block, Time, Word};
@@ -28,11 +28,12 @@ pub trait Abreast<B>: Sized + 'static {
     /// Calls each block.
     fn each(&mut self, call: impl Fn(&mut B));
 
-    /// Returns the function that reads the numbers in row `index`, converted by [`number`]; `None` if it cannot.
+    /// Returns the function that reads the numbers in row `index`, converted by [`number`]; `None` if the row cannot be
+    /// read this way.
     fn reader(index: usize) -> Option<Reader<Self>>;
 
     /// Returns the function that writes numbers to row `index`, whatever its role, converted by [`to_value`]; `None` if
-    /// it cannot.
+    /// the row cannot be written this way.
     fn writer(index: usize) -> Option<Writer<Self>>;
 }
 
@@ -112,7 +113,7 @@ pub trait Lane: Sized {
     /// Loads the parts of the value that a steady call needs.
     fn load(lanes: &Self::Lanes, lane: usize) -> Self;
 
-    /// Whether the call just made left nothing out.
+    /// Whether the last call skipped nothing.
     #[inline(always)]
     fn is_steady(&self) -> bool {
         true
@@ -157,7 +158,7 @@ macro_rules! lane_of_numbers {
     )* };
 }
 
-// A condition is as wide as the values it selects, so that no vector has to be widened.
+// A condition is as wide as the values it selects, so that vectors need no widening.
 lane_of_numbers! {
     f32 as f32: value => value, number => number;
     f64 as f64: value => value, number => number;
@@ -208,9 +209,9 @@ impl<T: Lane, const N: usize> Lane for [T; N] {
     }
 }
 
-/// Implements [`Lane`] for a struct, field by field. Of the rows of a block, `[section] field: Type`, a call writes
-/// only outputs and locals. With `where [Type, ...]`, it is implemented only if it is for these types: Rust refuses a
-/// condition that never holds, unless it has a lifetime.
+/// Implements [`Lane`] for a struct, field by field. Of the rows of a block, `[section] field: Type`, only outputs and
+/// locals are stored after a call. With `where [Type, ...]`, the implementation requires that these types implement it
+/// too: Rust rejects a condition that never holds, unless it has a lifetime.
 #[macro_export]
 macro_rules! lane {
     ($Struct:ident $(where [$($Part:ty),* $(,)?])? { $( $([$section:ident])? $field:ident: $Type:ty ),* $(,)? }) => {

@@ -3,7 +3,7 @@
 /// The rows of one variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Group {
-    /// The name; for an array without indices.
+    /// The name, for an array without the indices.
     pub name: String,
     /// The rows of the elements, with the last index varying fastest; a single row if the variable is not an array.
     pub rows: Vec<usize>,

@@ -1,6 +1,6 @@
-//! The macro that makes a block from its table.
+//! The macro that defines a block from its table.
 
-/// Makes a block from its table: the struct, its start values, the table as data and the access by row number.
+/// Defines a block from its table: the struct, its start values, the table as data, and access by row number.
 ///
 /// ```text
 /// block! {
@@ -24,12 +24,12 @@
 ///
 /// Long documentation is kept in a separate file: `#[doc = include_str!("page.md")]` below the first sentence.
 ///
-/// `NAME` and `|` are followed by alternative names of the block in a PLC project, if there are any. Sections of
-/// variables may be repeated, in any order, so that the rows can keep the order of an instance data block; start,
-/// `from`, `min`, `max` and `unit` are optional. `from` names the block's own settings on which the value of an output
-/// after a restart depends; without it, the value after a restart is constant. A table has exactly one `cycle` row.
-/// `mean`, `instances` and `memory` are optional. In an instance, `wired` names the terminals that the law connects,
-/// which become locals; settings and unconnected inputs become tunable parameters, and outputs become locals.
+/// `NAME` may be followed by alternative names of the block in a PLC project, each after a `|`. Sections of variables
+/// may be repeated, in any order, so that the rows can keep the order of an instance data block; start, `from`, `min`,
+/// `max` and `unit` are optional. `from` names the block's own settings on which the value of an output after a restart
+/// depends; if it is omitted, that value is constant. A table has exactly one `cycle` row. `mean`, `instances` and
+/// `memory` are optional. In an instance, `wired` names the terminals that the law connects, which become locals;
+/// settings and unconnected inputs become tunable parameters, and outputs become locals.
 #[macro_export]
 macro_rules! block {
     (
@@ -60,7 +60,7 @@ macro_rules! block {
     ) => {
         $(#[doc = $docs])*
         #[derive(Clone, Debug)]
-        // A block of a test may stand in a private module.
+        // A test may define a block in a private module.
         #[allow(unreachable_pub)]
         pub struct $Block {
             $($(
@@ -375,8 +375,8 @@ macro_rules! block {
             "unknown section `", stringify!($other), "`: use input, parameter, fixed, cycle, output or local"
         ))
     };
-    // Finds the number of a row, or of a row of an inner block, for one of the four functions that access numbers of
-    // one type.
+    // Generates one of the four functions that access the numbers of one type, in the block's own rows and those of
+    // inner blocks.
     (
         @number $this:ident.$function:ident($($receiver:tt)+) -> $Number:ty;
         [$($name:ident $kind:ident)*] [$($instance:ident $Instance:ty)*] [$($mean:ident)?]

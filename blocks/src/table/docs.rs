@@ -1,7 +1,8 @@
-//! The part of a block's documentation that is compiled in. A library contains all of it, from which the packer writes
-//! a page. In a browser the page has the help separately, and the engine needs only the first paragraph and the dialog.
+//! The part of a block's documentation that is compiled in. A native library contains all of it, from which the packer
+//! writes a page. In a browser, the page has the help separately, so the engine contains only the first paragraph and
+//! the dialog.
 
-/// Whether the documentation is reduced to what is needed to run the block.
+/// Whether the documentation is reduced to the parts needed to run the block.
 pub const IS_SHORT: bool = cfg!(target_family = "wasm");
 
 /// Returns the byte ranges of the first paragraph and of the dialog, which may be empty.

@@ -36,7 +36,7 @@ pub const fn text(hash: u128) -> [u8; 38] {
     text
 }
 
-/// Parses the text produced by [`text`]; `None` for any other text.
+/// Parses the text produced by [`text`]; `None` for any other string.
 pub fn parse(of: &str) -> Option<u128> {
     let digits = of.strip_prefix('{')?.strip_suffix('}')?.replace('-', "");
     u128::from_str_radix(&digits, 16).ok().filter(|hash| text(*hash) == of.as_bytes())

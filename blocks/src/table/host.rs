@@ -6,10 +6,10 @@ use super::kind::Kind;
 named! {
     /// The types presented to a host.
     Types {
-        /// Those that the PLC has, and arrays.
+        /// The PLC's own types, and arrays.
         Native "native";
-        /// The few that every host has: doubles for floating-point numbers and durations, integers of 32 bits for those that have a
-        /// place in them, of 64 bits for others; and a variable for each element of an array.
+        /// The few types that every host supports: doubles for floating-point numbers and durations, 32-bit integers
+        /// for types that fit into them, 64-bit integers for the others, and one variable per array element.
         Wide "wide";
     }
 }

@@ -39,13 +39,13 @@ macro_rules! kinds {
                 match self { $( Kind::$Kind => $tia, )* }
             }
 
-            /// Returns the size of a value in a data block in bytes; 0 for a BOOL, which takes one bit.
+            /// Returns the size of a value in a data block in bytes; 0 for a BOOL, which occupies one bit.
             pub const fn width(self) -> usize {
                 match self { $( Kind::$Kind => $width, )* }
             }
 
-            /// Returns the host's class. An integer that does not fit into a signed 32-bit integer is a floating-point
-            /// number there; a DWORD is the integer with the same bits.
+            /// Returns the host's class. An integer type that does not fit into a signed 32-bit integer is a
+            /// floating-point number in the host; a DWORD is the integer with the same bits.
             pub const fn class(self) -> Class {
                 match self { $( Kind::$Kind => Class::$Class, )* }
             }
@@ -55,8 +55,8 @@ macro_rules! kinds {
                 match self { $( Kind::$Kind => Form::$Form, )* }
             }
 
-            /// Returns the inclusive bounds of an integer type that only programs have, not blocks: one that
-            /// [`Value::Whole`](super::Value::Whole) holds.
+            /// Returns the inclusive bounds of an integer type that exists only in programs, not in blocks: one stored
+            /// in a [`Value::Whole`](super::Value::Whole).
             pub const fn whole(self) -> Option<(i128, i128)> {
                 match self { $( Kind::$Kind => kinds!(@whole $($low, $high)?), )* }
             }

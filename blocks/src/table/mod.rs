@@ -1,6 +1,6 @@
 //! A block: a table of variables, written once, and a law.
 //!
-//! [`block!`](crate::block!) turns the table into a struct and everything that can be computed from it ([`Block`]); the
+//! [`block!`](crate::block!) turns the table into a struct and everything that can be derived from it ([`Block`]); the
 //! law is written by hand ([`Law`]). A new block is one file:
 //!
 //! ```
@@ -42,7 +42,7 @@
 //! assert_eq!(counter.get(count), Some(Value::Int(1)));
 //! ```
 
-/// Makes an enum whose variants each have one name, used everywhere.
+/// Defines an enum in which each variant has one name, used everywhere.
 macro_rules! named {
     ($(#[$attribute:meta])* $Enum:ident { $( $(#[doc = $doc:literal])* $Value:ident $name:literal; )* }) => {
         $(#[$attribute])*
@@ -104,15 +104,14 @@ pub trait Law {
     const CHARACTERISTICS: &'static [Characteristic] = &[];
 
     /// The default unit of signals in the documentation's drawings. A controller works in any unit; with its start
-    /// values, it is percent.
+    /// values, the unit is percent.
     const DRAWN_UNIT: Option<&'static str> = None;
 
-    /// Whether a call computes the effect of inputs that are held until the next call, as that of a plant does: its
-    /// outputs are then those at the next call, and nothing happens at the instant of the call itself. A controller
-    /// responds at once.
+    /// Whether a call computes the effect of inputs held until the next call, as in a plant: the outputs are then those
+    /// at the next call, and nothing happens at the instant of the call itself. A controller responds immediately.
     const HOLDS_INPUTS: bool = false;
 
-    /// Performs the complete restart, which a PLC runs once at power-up (OB 100), with the present inputs and
+    /// Performs the complete restart, which a PLC runs once at power-up (OB 100), with the current inputs and
     /// parameters.
     fn restart(&mut self);
 
@@ -127,13 +126,13 @@ pub trait Law {
         Ok(())
     }
 
-    /// Returns sentences, with names and numbers, about behavior with the present settings that a user may not expect.
+    /// Returns sentences, with names and numbers, about unexpected behavior with the current settings.
     fn advice(&self) -> Vec<String> {
         Vec::new()
     }
 
     /// Returns the state of the actuating pulse: +1 positive or up, -1 negative or down, 0 none. Only for blocks with a
-    /// `mean` row, which shows its mean over a communication step in percent.
+    /// `mean` row, which contains its mean over a communication step in percent.
     fn pulse(&self) -> i32 {
         0
     }
@@ -175,8 +174,8 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     fn set_mean(&mut self, percent: LReal);
 }
 
-/// The text of a table: `&'static str` in one that is compiled in, `String` in one that is made at run time. Its lists
-/// are slices or vectors accordingly.
+/// The string type of a table: `&'static str` in a compiled table, `String` in one created at run time. Its lists are
+/// slices or vectors accordingly.
 pub trait TableText:
     Deref<Target = str> + From<&'static str> + Clone + Debug + Display + PartialEq + Send + Sync + 'static
 {
@@ -215,10 +214,10 @@ pub struct Table<S: TableText = String> {
     pub docs: S,
     /// All variables: the block's own, then those of its inner blocks, then the mean.
     pub rows: S::List<Row<S>>,
-    /// The texts of a program; empty for a block. Their value references follow those of the rows.
+    /// The string variables of a program; empty for a block. Their value references follow those of the rows.
     pub texts: S::List<Text<S>>,
-    /// For each row, whether it is a REAL that may be set at any time: the most frequent check by a host. One byte per
-    /// row.
+    /// For each row, whether it is a REAL that may be set at any time: the check made most often for a host. One byte
+    /// per row.
     pub tunable_reals: S::List<bool>,
     /// For each row, whether it is an LREAL that may be set at any time.
     pub tunable_lreals: S::List<bool>,
@@ -249,7 +248,7 @@ impl<S: TableText> Table<S> {
         names.iter().filter_map(|name| self.find(name)).collect()
     }
 
-    /// Returns the indices of the rows that a response draws: if it names none, all inputs and outputs.
+    /// Returns the indices of the rows drawn for a response: all inputs and outputs if it names none.
     pub fn shown(&self, response: &Response<S>) -> Vec<usize> {
         let is_terminal = |row: &usize| matches!(self.rows[*row].role, Role::Input | Role::Output);
         match &*response.show {
@@ -265,10 +264,10 @@ impl<S: TableText> Table<S> {
     }
 }
 
-/// A text visible to a host: a STRING or WSTRING of a program.
+/// A string visible to a host: a STRING or WSTRING of a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Text<S: TableText = String> {
-    /// The full name, with the instances that lead to it.
+    /// The full name, including the instances that contain it.
     pub name: S,
     /// A one-line description.
     pub description: S,
@@ -280,12 +279,12 @@ pub struct Text<S: TableText = String> {
     pub ty: TextType,
 }
 
-/// The type of a text.
+/// The type of a string.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextType {
     /// The maximum number of characters.
     pub most: u16,
-    /// Whether it is a WSTRING, with UTF-16 code units, and not a STRING, with one byte per character (ISO 8859-1).
+    /// Whether it is a WSTRING, with UTF-16 code units, rather than a STRING, with one byte per character (ISO 8859-1).
     pub is_wide: bool,
 }
 
@@ -302,7 +301,7 @@ impl TextType {
         (is_wide || name == "STRING").then_some(TextType { most: most.parse().ok()?, is_wide })
     }
 
-    /// Encodes a text as in the PLC.
+    /// Encodes a string as the PLC does.
     ///
     /// # Errors
     /// It is longer than the variable, or contains a character that a STRING cannot represent.
@@ -321,7 +320,7 @@ impl TextType {
 /// A variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row<S: TableText = String> {
-    /// The name in upper case, with those of the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
+    /// The name in upper case, preceded by the names of the instances that contain it: `GAIN`, `DI_CONT_C.GAIN`.
     pub name: S,
     /// A one-line description.
     pub description: S,
@@ -336,7 +335,7 @@ pub struct Row<S: TableText = String> {
     pub role: Role,
     /// The value in a new block.
     pub start: Value,
-    /// The lowest sensible value, which is not enforced: the blocks check no parameter.
+    /// The lowest sensible value, which is not enforced: the blocks do not check parameters.
     pub min: Option<Value>,
     /// The highest sensible value, which is not enforced either.
     pub max: Option<Value>,
@@ -365,7 +364,7 @@ impl StaticRow {
 }
 
 impl<S: TableText> Row<S> {
-    /// A variable without description, range and unit, of the type of its start value.
+    /// A variable without a description, range or unit; its type is that of the start value.
     pub fn new(name: impl Into<S>, role: Role, start: Value) -> Row<S> {
         Row {
             name: name.into(),
@@ -403,7 +402,7 @@ impl<S: TableText> Row<S> {
         self.max.map(|max| number::number(max).max(number::decimal(max)))
     }
 
-    /// Whether the variable is one of a block inside.
+    /// Whether the variable belongs to an inner block.
     pub fn is_inner(&self) -> bool {
         self.name.contains('.')
     }
@@ -412,13 +411,13 @@ impl<S: TableText> Row<S> {
 named! {
     /// Who sets a variable, and when: the sections of [`block!`](crate::block!).
     Role {
-        /// A signal: what a process, an operator or another block changes while the loop runs.
+        /// A signal that a process, an operator or another block changes while the loop runs.
         Input "input";
         /// A setting that may be tuned while the loop runs.
         Parameter "parameter";
         /// A setting that is fixed once the block runs.
         Fixed "fixed";
-        /// The time between two calls: fixed too.
+        /// The time between two calls; also fixed.
         Cycle "cycle";
         /// A result.
         Output "output";
@@ -449,8 +448,8 @@ pub enum Value {
     Int(Int),
     /// A bit.
     Bool(Bool),
-    /// An integer of a type that only programs have, see [`Kind::whole`]; an unsigned 64-bit integer is stored as its
-    /// bits.
+    /// An integer of a type that exists only in programs, see [`Kind::whole`]; an unsigned 64-bit integer is stored as
+    /// its bits.
     Whole(Kind, i64),
 }
 
@@ -468,7 +467,7 @@ impl Value {
         }
     }
 
-    /// Returns 0 or FALSE of a type.
+    /// Returns the 0 or FALSE of a type.
     pub const fn zero(kind: Kind) -> Value {
         match kind {
             Kind::Real => Value::Real(0.0),

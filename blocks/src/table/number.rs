@@ -36,8 +36,8 @@ fn is_whole(number: f64) -> bool {
 /// The largest integer up to which binary64 represents all integers.
 const EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Converts a number into an integer of a type that only programs have. An LTIME, given in seconds, is rounded to the
-/// nearest nanosecond; a DWORD may also be given as a signed number.
+/// Converts a number into an integer of a type that exists only in programs. An LTIME, given in seconds, is rounded to
+/// the nearest nanosecond; a DWORD may also be given as a signed number.
 fn whole(number: f64, kind: Kind) -> Result<Value, &'static str> {
     let scaled = if kind == Kind::LTime { (number * 1e9).round_ties_even() } else { number };
     if scaled.fract() != 0.0 || scaled.abs() > EXACT {
@@ -46,8 +46,8 @@ fn whole(number: f64, kind: Kind) -> Result<Value, &'static str> {
     of_exact(scaled as i128, kind)
 }
 
-/// Whether the number rounds to a finite REAL. The bound lies halfway between the largest REAL and the power of 2 above
-/// it; from there on, a number is rounded to infinity.
+/// Whether the number rounds to a finite REAL. The bound is halfway between the largest REAL and the power of 2 above
+/// it; from there on, numbers round to infinity.
 #[inline(always)]
 pub fn is_real(number: f64) -> bool {
     number.abs() < 340282356779733661637539395458142568448.0
@@ -114,8 +114,8 @@ pub fn of_exact(integer: i128, kind: Kind) -> Result<Value, &'static str> {
     }
 }
 
-/// Formats a REAL for people: the shortest decimal form that distinguishes it from its neighbours, with an exponent
-/// below 1e-5 and from 1e9 on.
+/// Formats a REAL for people: the shortest decimal form that distinguishes it from its neighbours, with an exponent if
+/// it is below 1e-5, or 1e9 or more.
 pub fn shown(real: f32) -> String {
     let is_short = real == 0.0 || (1e-5..1e9).contains(&real.abs());
     if is_short { real.to_string() } else { format!("{real:e}") }

@@ -1,4 +1,4 @@
-//! A compiled table with texts of its own.
+//! Converts a compiled table into one with owned strings.
 
 use crate::table::{Characteristic, Response, Row, StaticRow, StaticTable, Table, Text};
 

@@ -103,7 +103,7 @@ pub const fn length(instance: &str, table: &StaticTable) -> usize {
     length
 }
 
-/// Returns these names without a separator: each is that of the instance, a dot and the name in the inner block.
+/// Returns these names without separators: each consists of the instance's name, a dot and the name in the inner block.
 #[doc(hidden)]
 pub const fn inner_names<const N: usize>(instance: &str, table: &StaticTable) -> [u8; N] {
     let mut names = [b'.'; N];
@@ -136,7 +136,7 @@ pub const fn nest(
     let mut i = 0;
     while i < table.inner() {
         let mut row = table.rows[i];
-        // In the outer block its outputs become locals, and the row numbers of its settings differ.
+        // In the outer block, outputs become locals, and the settings have different row numbers.
         row.from = &[];
         row.role = match row.role {
             Role::Input => Role::Parameter,

@@ -26,7 +26,7 @@ const PRESET: &str = "preset";
 const BLOCK: &str = "block";
 const LIBRARY: &str = "library";
 
-/// The maximum number of characters of a text shown in a message.
+/// The maximum number of characters of a string shown in a message.
 const SHOWN: usize = 60;
 
 /// The start values of a preset.
@@ -136,7 +136,7 @@ fn value(written: &str, kind: Kind) -> Result<Value, String> {
     }
 }
 
-/// Truncates a text for a message.
+/// Truncates a string for a message.
 fn shown(text: &str) -> String {
     match text.char_indices().nth(SHOWN) {
         Some((end, _)) => format!("{}…", &text[..end]),

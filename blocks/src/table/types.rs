@@ -1,4 +1,4 @@
-//! The PLC's elementary types and the conversions between them, as an S7 CPU makes them.
+//! The PLC's elementary types and the conversions between them, as an S7 CPU performs them.
 
 /// BOOL: one bit.
 pub type Bool = bool;
@@ -67,12 +67,12 @@ impl Word {
 
 /// Rounds to the nearest integer, ties to even, as the S7 instruction RND does.
 ///
-/// A number beyond 32 bits is not converted: its REAL bit pattern stays in the accumulator (measured). NaN gives -1
+/// A number beyond 32 bits is not converted: its REAL bit pattern stays in the accumulator (measured). NaN becomes -1
 /// (observed).
 #[inline(always)]
 pub fn rnd(x: Real) -> i32 {
-    // Adding 1.5 * 2^52 leaves no bit for a fraction, so the sum is rounded by the addition itself, and its low bits are the
-    // integer. That needs no instruction which old processors lack, and is exact for every 32-bit result.
+    // Adding 1.5 * 2^52 leaves no bit for a fraction, so the addition itself rounds, and the low bits of the sum are
+    // the integer. This needs no instruction that old processors lack, and is exact for every 32-bit result.
     const INTEGERS_ONLY: f64 = 6_755_399_441_055_744.0;
     const TWO_TO_31: Real = 2_147_483_648.0;
     if x.is_nan() {

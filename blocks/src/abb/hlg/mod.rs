@@ -82,9 +82,9 @@ crate::block! {
     memory Memory {
         /// Remainder of the last step's division.
         remainder: Int;
-        /// Setpoint of the ramp to which the remainder belongs.
+        /// Setpoint of the ramp that the remainder belongs to.
         w: Int;
-        /// That ramp goes upwards.
+        /// Whether that ramp goes up.
         upwards: bool;
         /// N of that ramp.
         n: Int;
@@ -152,7 +152,7 @@ impl Law for Hlg {
 }
 
 impl Hlg {
-    /// Sets the output; no ramp is running.
+    /// Sets the output and ends the ramp.
     fn arrive(&mut self, output: Int) {
         self.hlg = output;
         self.memory.remainder = 0;

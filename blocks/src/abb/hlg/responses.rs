@@ -1,4 +1,4 @@
-//! The runs and characteristics that the documentation of HLG shows.
+//! The runs and characteristics shown in the documentation of HLG.
 
 use crate::table::Response;
 

@@ -192,7 +192,7 @@ crate::block! {
         i: Real;
         /// Round-off error of the integral.
         rest: Real;
-        /// The integral was set outside the limits and is not held within them until it is back inside.
+        /// Whether the integral was set outside the limits, and is not limited until it is back inside.
         free: bool;
         /// Limited value of the previous call, before LMN_FAC and LMN_OFF.
         y: Real;
@@ -284,8 +284,7 @@ impl ContC {
         let t = self.cycle.seconds();
         // Clause 5.
         let ti = self.ti.seconds().max(t * 0.5);
-        // The mean of this error and that of the previous call, and what rounding has lost so far.
-        // Clause 6.
+        // The mean of this and the previous error, plus the accumulated rounding error. Clause 6.
         let mut q = (((t / ti) * (e + memory.e)) * 0.5) + memory.rest;
         // The limit outputs are still those of the previous call.
         if self.int_hold || (q > 0.0 && self.qlmn_hlm) || (q < 0.0 && self.qlmn_llm) {
@@ -315,7 +314,7 @@ impl ContC {
             memory.w = e;
             return 0.0;
         }
-        // w follows the error with a lag of about TM_LAG; the component is what w is behind, at a height that TD gives.
+        // w follows the error with a lag of about TM_LAG; the component is the error minus w, scaled by TD.
         let t = self.cycle.seconds();
         let td = self.td.seconds().max(t);
         let tl = self.tm_lag.seconds().max(t * 0.5);

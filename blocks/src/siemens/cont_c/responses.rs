@@ -1,4 +1,4 @@
-//! The runs and characteristics that the documentation of CONT_C shows.
+//! The runs and characteristics shown in the documentation of CONT_C.
 
 use crate::table::{Characteristic, Response};
 

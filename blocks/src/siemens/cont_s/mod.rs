@@ -162,9 +162,9 @@ crate::block! {
         f: Real;
         /// The adapted on threshold.
         on: Real;
-        /// Rest of the minimum pulse time, in milliseconds.
+        /// Remaining minimum pulse time, in milliseconds.
         pulse_left: i32;
-        /// Rest of the minimum break time, in milliseconds.
+        /// Remaining minimum break time, in milliseconds.
         break_left: i32;
     }
 }
@@ -219,7 +219,7 @@ impl Law for ContS {
 }
 
 impl ContS {
-    /// Whether the valve is reported at the stop that lies in this direction.
+    /// Whether the valve is reported to be at the stop in this direction.
     fn at_stop(&self, up: bool, down: bool) -> bool {
         (up && self.lmnr_hs) || (down && self.lmnr_ls)
     }

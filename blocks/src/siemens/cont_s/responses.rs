@@ -1,4 +1,4 @@
-//! The runs and characteristics that the documentation of CONT_S shows.
+//! The runs and characteristics shown in the documentation of CONT_S.
 
 use crate::table::Response;
 

@@ -123,7 +123,7 @@ impl Law for PulsCtr {
     }
 
     fn advice(&self) -> Vec<String> {
-        // The restart gives the inner blocks their times.
+        // The restart sets the times of the inner blocks.
         let mut block = self.clone();
         block.restart();
         let mut advice = advice::cont_c(&block.di_cont_c, "DI_CONT_C.");

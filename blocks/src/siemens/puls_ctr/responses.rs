@@ -1,4 +1,4 @@
-//! The runs and characteristics that the documentation of PULS_CTR shows.
+//! The runs and characteristics shown in the documentation of PULS_CTR.
 
 use crate::table::Response;
 

@@ -116,9 +116,9 @@ crate::block! {
         period_left: i32;
         /// K: calls left in the pulse.
         pulse_left: i32;
-        /// The pulse is negative.
+        /// Whether the pulse is negative.
         negative: bool;
-        /// What the last call made: +1 a positive pulse, -1 a negative one, 0 none.
+        /// The pulse of the last call: +1 positive, -1 negative, 0 none.
         pulse: i32;
     }
 }
@@ -146,7 +146,7 @@ impl Law for Pulsegen {
             self.automatic();
         }
         self.memory.inv = self.inv;
-        // In two-step control QNEG_P is the opposite of QPOS_P and no pulse.
+        // In two-step control, QNEG_P is the inverse of QPOS_P and not a pulse.
         self.memory.pulse = i32::from(self.qpos_p) - i32::from(self.step3_on && self.qneg_p);
     }
 
@@ -196,12 +196,12 @@ impl Pulsegen {
         self.memory.pulse_left = self.memory.pulse_left.saturating_sub(1).max(0);
     }
 
-    /// Whether INV lies above or below that of the last call. Any comparison with NaN is false, this one too.
+    /// Whether INV is above or below its value in the last call. Any comparison with NaN is false, including this one.
     fn inv_has_changed(&self) -> bool {
         self.inv.partial_cmp(&self.memory.inv).is_some_and(Ordering::is_ne)
     }
 
-    /// The width of the pulse in milliseconds, and whether it is a negative one (clauses 3 to 7).
+    /// The width of the pulse in milliseconds, and whether it is negative (clauses 3 to 7).
     fn width(&self) -> (Real, bool) {
         let period = self.per_tm.real();
         let shortest = self.p_b_tm.real();

@@ -1,4 +1,4 @@
-//! The runs and characteristics that the documentation of PULSEGEN shows.
+//! The runs and characteristics shown in the documentation of PULSEGEN.
 
 use crate::table::{Characteristic, Response};
 
