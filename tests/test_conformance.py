@@ -321,7 +321,7 @@ def test_at_the_end_of_initialization_a_block_says_what_it_will_do_with_its_sett
     instance = open_fmu("CONT_C").start(MAN=30.0, TI=0.2)
     assert advice_of(instance) == [
         "fmi2ExitInitializationMode: MAN_ON is TRUE: LMN follows MAN = 30 within its limits until MAN_ON is FALSE",
-        "fmi2ExitInitializationMode: TI = 0.2 s is below CYCLE / 2: the block computes with 0.5 s",
+        "fmi2ExitInitializationMode: TI = 0.2 s is below CYCLE / 2: the block uses 0.5 s",
     ]
 
 

@@ -36,8 +36,8 @@ def test_what_the_plc_makes_of_them_is_remarked(gains):
     assert done.stdout.splitlines()[7:] == [
         "remark: TI = 0.0404 s becomes 0.04 s: a TIME is a whole number of milliseconds",
         "remark: the D action has no filter: TM_LAG = 0 s is below CYCLE / 2, with which the block computes",
-        "remark: TI = 0.04 s is below CYCLE / 2: the block computes with 0.05 s",
-        "remark: TM_LAG = 0 s is below CYCLE / 2: the block computes with 0.05 s",
+        "remark: TI = 0.04 s is below CYCLE / 2: the block uses 0.05 s",
+        "remark: TM_LAG = 0 s is below CYCLE / 2: the block uses 0.05 s",
     ]
 
 

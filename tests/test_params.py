@@ -280,6 +280,6 @@ def test_what_is_to_be_said_of_many_loops_is_said_once(params, tmp_path):
 @pytest.mark.parametrize("value", ["1e-50", "-1e-60"])
 def test_a_value_too_small_for_its_type_is_refused(params, tmp_path, value):
     (tmp_path / "a.json").write_text(f'{{"A": {{"GAIN": {value}, "LMN_HLM": 90.0}}}}')
-    assert "a REAL takes 0 and magnitudes of at least 1.4e-45" in params("a.json").stderr
+    assert "a REAL accepts 0 and magnitudes of at least 1.4e-45" in params("a.json").stderr
     (tmp_path / "b.json").write_text('{"A": {"TI": 0.0004, "LMN_HLM": 90.0}}')
     assert "a TIME is a whole number of milliseconds" in params("b.json").stderr

@@ -549,7 +549,7 @@ def test_texts_are_strings_that_are_set_within_their_length_kept_in_states_and_r
     assert read("text", "prefix") == ["No B-7ö/ö", "No "]
 
     assert "article = \"12345678901\": STRING[10] takes 10 characters, not 11" in refused("article", "12345678901")
-    assert "a STRING has the characters of ISO 8859-1, and '€' is not one of them" in refused("article", "€")
+    assert "a STRING holds only ISO 8859-1 characters, and '€' is not one of them" in refused("article", "€")
     assert "text is computed by the block and can only be read" in refused("text", "x")
     # A character beyond 16 bits is two of a WSTRING.
     assert "note = \"😀😀😀😀a\": WSTRING[8] takes 8 characters, not 9" in refused("note", "😀😀😀😀a")

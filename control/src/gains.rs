@@ -514,11 +514,7 @@ impl Settings {
             if time >= lowest {
                 return time;
             }
-            remarks.push(format!(
-                "{name} = {} s is below {bound}: the block computes with {} s",
-                shown(time),
-                shown(lowest)
-            ));
+            remarks.push(format!("{name} = {} s is below {bound}: the block uses {} s", shown(time), shown(lowest)));
             lowest
         };
         let gain = f64::from(self.gain);

@@ -553,9 +553,7 @@ fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<Strin
             ""
         };
         let bound = if place == 2 { "the time between two calls" } else { "half the time between two calls" };
-        remarks.push(format!(
-            "{name} = {whole} s is below {bound}: the block computes with {lowest} s, which is set{advice}."
-        ));
+        remarks.push(format!("{name} = {whole} s is below {bound}: the block uses {lowest} s, which is set{advice}."));
         Ok((lowest * 1000.0).ceil() / 1000.0)
     };
     let ti = ideal.ti.map(|ti| time(1, ti, sampling / 2.0, remarks)).transpose()?;

@@ -12,7 +12,7 @@ fn from_number(number: f64, kind: Kind) -> Result<Value, &'static str> {
         return if milliseconds >= f64::from(LOWEST) {
             Ok(Value::Time(Time::ms(milliseconds as i32)))
         } else {
-            Err("a TIME takes -2147483.648 ... 2147483.647 s")
+            Err("a TIME accepts -2147483.648 ... 2147483.647 s")
         };
     }
     to_value(number, kind)
@@ -28,7 +28,7 @@ pub fn plc_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
     const ROUNDING: f64 = 1e-3;
     let value = from_number(number, kind)?;
     match value {
-        Value::Real(0.0) if number != 0.0 => Err("a REAL takes 0 and magnitudes of at least 1.4e-45"),
+        Value::Real(0.0) if number != 0.0 => Err("a REAL accepts 0 and magnitudes of at least 1.4e-45"),
         Value::Time(_) if (number * 1000.0 - (number * 1000.0).round()).abs() > ROUNDING => {
             Err("a TIME is a whole number of milliseconds")
         }

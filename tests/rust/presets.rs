@@ -79,7 +79,7 @@ fn start_values_that_do_not_fit_the_block_are_refused_though_the_guid_is_right()
     let folder = tempfile::tempdir().unwrap();
     for (from, to, reason) in [
         ("GAIN = 3.0", "GAINS = 3.0", "CONT_C has no setting \"GAINS\""),
-        ("GAIN = 3.0", "GAIN = NaN", "GAIN = NaN: a REAL takes finite numbers"),
+        ("GAIN = 3.0", "GAIN = NaN", "GAIN = NaN: a REAL accepts finite numbers"),
         ("GAIN = 3.0\n", "", "GAIN is missing"),
         ("GAIN = 3.0", "TI = 3.0", "occurs twice"),
         ("CYCLE = 1.0", "CYCLE = 0.0", "must be at least 0.001 s"),

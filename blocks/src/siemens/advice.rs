@@ -27,7 +27,7 @@ pub(crate) fn cont_c(block: &ContC, path: &str) -> Vec<String> {
     if high <= low {
         let (low, high) = (shown(low), shown(high));
         advice.push(format!(
-            "{path}LMN_HLM = {high} is not above LMN_LLM = {low}: the manipulated value is always at one of the two limits"
+            "{path}LMN_HLM = {high} is not above LMN_LLM = {low}: the manipulated value is always at one of these limits"
         ));
     }
     for (name, limit) in [("LMN_HLM", high), ("LMN_LLM", low)] {
@@ -35,7 +35,7 @@ pub(crate) fn cont_c(block: &ContC, path: &str) -> Vec<String> {
         if i16::try_from(rnd(lmn * 276.48)).is_err() {
             let lmn = shown(lmn);
             advice.push(format!(
-                "{path}LMN can reach {lmn} ({name} * LMN_FAC + LMN_OFF): beyond 118.5 % LMN_PER wraps to the other sign"
+                "{path}LMN can reach {lmn} ({name} * LMN_FAC + LMN_OFF): above 118.5 %, LMN_PER wraps around to the opposite sign"
             ));
         }
     }
@@ -46,7 +46,7 @@ pub(crate) fn cont_c(block: &ContC, path: &str) -> Vec<String> {
 pub(crate) fn cont_s(block: &ContS) -> Vec<String> {
     let mut advice = Vec::new();
     if block.lmns_on {
-        advice.push("LMNS_ON is TRUE: LMNUP and LMNDN make the pulses until LMNS_ON is FALSE".into());
+        advice.push("LMNS_ON is TRUE: LMNUP and LMNDN generate the pulses until LMNS_ON is FALSE".into());
     }
     let cycle = block.cycle.milliseconds();
     if block.ti > Time::ZERO {
@@ -70,13 +70,13 @@ pub(crate) fn pulsegen(block: &Pulsegen, path: &str) -> Vec<String> {
     let calls = rnd(block.per_tm.real() / block.cycle.real());
     if calls <= 0 {
         advice.push(format!(
-            "{path}PER_TM = {period} s is not above {path}CYCLE / 2 = {} s: there are no pulses",
+            "{path}PER_TM = {period} s is not above {path}CYCLE / 2 = {} s: no pulses are output",
             cycle / 2.0
         ));
     } else if calls < 20 {
         advice.push(format!(
-            "{path}PER_TM = {period} s is {calls} times {path}CYCLE: the pulses change in steps of {} %; from 20 times on \
-             they are 5 % or finer",
+            "{path}PER_TM = {period} s is {calls} times {path}CYCLE: the pulses change in steps of {} %; with \
+             20 times or more, in steps of 5 % or less",
             100.0 / Real::from(calls as i16)
         ));
     }
@@ -102,7 +102,7 @@ fn common(path: &str, gain: Real, deadb_w: Real) -> Vec<String> {
     }
     if deadb_w < 0.0 {
         let (deadb_w, wider) = (shown(deadb_w), shown(-deadb_w));
-        advice.push(format!("{path}DEADB_W = {deadb_w} is below 0: it makes every error larger by {wider}"));
+        advice.push(format!("{path}DEADB_W = {deadb_w} is below 0: it increases every error by {wider}"));
     }
     advice
 }
@@ -112,7 +112,7 @@ fn raised(path: &str, name: &str, time: Time, bound: &str, lowest: f64) -> Optio
     let is_raised = f64::from(time.milliseconds()) < lowest;
     is_raised.then(|| {
         let (time, lowest) = (seconds(time), lowest / 1000.0);
-        format!("{path}{name} = {time} s is below {path}{bound}: the block computes with {lowest} s")
+        format!("{path}{name} = {time} s is below {path}{bound}: the block uses {lowest} s")
     })
 }
 
@@ -154,9 +154,9 @@ mod tests {
     fn cont_c_names_the_times_that_it_raises_and_what_it_computes_with() {
         let short = ContC { d_sel: true, ti: Time::ms(499), td: Time::ms(999), tm_lag: Time::ms(0), ..automatic() };
         let expected = [
-            "TI = 0.499 s is below CYCLE / 2: the block computes with 0.5 s",
-            "TD = 0.999 s is below CYCLE: the block computes with 1 s",
-            "TM_LAG = 0 s is below CYCLE / 2: the block computes with 0.5 s",
+            "TI = 0.499 s is below CYCLE / 2: the block uses 0.5 s",
+            "TD = 0.999 s is below CYCLE: the block uses 1 s",
+            "TM_LAG = 0 s is below CYCLE / 2: the block uses 0.5 s",
         ];
         assert_eq!(short.advice(), expected);
     }
@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn a_negative_dead_band_makes_errors_larger_as_the_advice_says() {
         let mut block = ContC { deadb_w: -1.5, sp_int: 2.0, ..automatic() };
-        assert_eq!(block.advice(), ["DEADB_W = -1.5 is below 0: it makes every error larger by 1.5"]);
+        assert_eq!(block.advice(), ["DEADB_W = -1.5 is below 0: it increases every error by 1.5"]);
         block.call();
         assert_eq!(block.er, 3.5);
         assert_eq!(ContS { deadb_w: -1.0, ..ContS::default() }.advice().len(), 1);
@@ -181,7 +181,7 @@ mod tests {
         let block = ContC { man_on: true, man: 1e-40, lmn_hlm: 3.4e38, ..automatic() };
         let expected = [
             "MAN_ON is TRUE: LMN follows MAN = 1e-40 within its limits until MAN_ON is FALSE",
-            "LMN can reach 3.4e38 (LMN_HLM * LMN_FAC + LMN_OFF): beyond 118.5 % LMN_PER wraps to the other sign",
+            "LMN can reach 3.4e38 (LMN_HLM * LMN_FAC + LMN_OFF): above 118.5 %, LMN_PER wraps around to the opposite sign",
         ];
         assert_eq!(block.advice(), expected);
     }
@@ -191,7 +191,7 @@ mod tests {
         let block = ContC { lmn_hlm: -5.0, lmn_llm: 10.0, gain: 0.0, ..automatic() };
         let expected = [
             "GAIN = 0: the output does not respond to the error",
-            "LMN_HLM = -5 is not above LMN_LLM = 10: the manipulated value is always at one of the two limits",
+            "LMN_HLM = -5 is not above LMN_LLM = 10: the manipulated value is always at one of these limits",
         ];
         assert_eq!(block.advice(), expected);
         assert_eq!(ContC { lmn_hlm: 0.0, ..automatic() }.advice().len(), 1, "equal limits");
@@ -202,8 +202,8 @@ mod tests {
     fn a_manipulated_value_at_which_lmn_per_wraps_is_named() {
         let block = ContC { lmn_fac: 1.5, lmn_off: -10.0, lmn_llm: -100.0, ..automatic() };
         let expected = [
-            "LMN can reach 140 (LMN_HLM * LMN_FAC + LMN_OFF): beyond 118.5 % LMN_PER wraps to the other sign",
-            "LMN can reach -160 (LMN_LLM * LMN_FAC + LMN_OFF): beyond 118.5 % LMN_PER wraps to the other sign",
+            "LMN can reach 140 (LMN_HLM * LMN_FAC + LMN_OFF): above 118.5 %, LMN_PER wraps around to the opposite sign",
+            "LMN can reach -160 (LMN_LLM * LMN_FAC + LMN_OFF): above 118.5 %, LMN_PER wraps around to the opposite sign",
         ];
         assert_eq!(block.advice(), expected);
     }
@@ -219,9 +219,9 @@ mod tests {
             ..ContS::default()
         };
         let expected = [
-            "LMNS_ON is TRUE: LMNUP and LMNDN make the pulses until LMNS_ON is FALSE",
-            "TI = 0.499 s is below CYCLE / 2: the block computes with 0.5 s",
-            "MTR_TM = 0.999 s is below CYCLE: the block computes with 1 s",
+            "LMNS_ON is TRUE: LMNUP and LMNDN generate the pulses until LMNS_ON is FALSE",
+            "TI = 0.499 s is below CYCLE / 2: the block uses 0.5 s",
+            "MTR_TM = 0.999 s is below CYCLE: the block uses 1 s",
             "PULSE_TM = 0.5 s is below CYCLE: the shortest pulse is one CYCLE, 1 s",
             "BREAK_TM = 0 s is below CYCLE: the shortest break is one CYCLE, 1 s",
         ];
@@ -235,10 +235,10 @@ mod tests {
     fn pulsegen_names_the_resolution_of_a_short_period() {
         let of = |per_tm| Pulsegen { per_tm: Time::ms(per_tm), p_b_tm: Time::ms(0), ..Pulsegen::default() }.advice();
         assert_eq!(of(200), Vec::<String>::new());
-        let expected = "PER_TM = 0.08 s is 8 times CYCLE: the pulses change in steps of 12.5 %; from 20 times on they are 5 % \
-                        or finer";
+        let expected = "PER_TM = 0.08 s is 8 times CYCLE: the pulses change in steps of 12.5 %; with 20 times or more, in \
+                        steps of 5 % or less";
         assert_eq!(of(80), [expected]);
-        assert_eq!(of(5), ["PER_TM = 0.005 s is not above CYCLE / 2 = 0.005 s: there are no pulses"]);
+        assert_eq!(of(5), ["PER_TM = 0.005 s is not above CYCLE / 2 = 0.005 s: no pulses are output"]);
     }
 
     #[test]
@@ -265,9 +265,9 @@ mod tests {
         block.di_cont_c.man_on = true;
         let expected = [
             "DI_CONT_C.MAN_ON is TRUE: LMN follows MAN = 0 within its limits until MAN_ON is FALSE",
-            "DI_CONT_C.TI = 0.049 s is below DI_CONT_C.CYCLE / 2: the block computes with 0.05 s",
-            "DI_PULSEGEN.PER_TM = 0.1 s is 10 times DI_PULSEGEN.CYCLE: the pulses change in steps of 10 %; from 20 times on \
-             they are 5 % or finer",
+            "DI_CONT_C.TI = 0.049 s is below DI_CONT_C.CYCLE / 2: the block uses 0.05 s",
+            "DI_PULSEGEN.PER_TM = 0.1 s is 10 times DI_PULSEGEN.CYCLE: the pulses change in steps of 10 %; with 20 times or \
+             more, in steps of 5 % or less",
         ];
         assert_eq!(block.advice(), expected);
         assert_eq!(PulsCtr::default().advice(), Vec::<String>::new());

@@ -282,7 +282,7 @@ pub struct Lanes<B: Lane> {
 impl<B: InLanes> Abreast<B> for Lanes<B> {
     fn from_blocks(blocks: Vec<B>) -> Lanes<B> {
         let (mut lanes, count) = (B::lanes(), blocks.len());
-        assert!(count <= LANES, "there are more blocks than lanes");
+        assert!(count <= LANES, "more blocks than lanes");
         blocks.into_iter().enumerate().for_each(|(lane, block)| block.put(&mut lanes, lane));
         Lanes { lanes, count }
     }

@@ -82,7 +82,7 @@ macro_rules! block {
         }
 
         $(
-            #[doc = concat!("What `", $NAME, "` keeps from call to call.")]
+            #[doc = concat!("The values that `", $NAME, "` keeps between calls.")]
             #[derive(Clone, Debug, Default)]
             #[allow(unreachable_pub)]
             pub struct $Memory { $(

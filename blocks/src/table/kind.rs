@@ -82,21 +82,21 @@ macro_rules! kinds {
 // Name, name in TIA Portal, size in a data block in bytes, host class, literal format, range of an integer type of
 // programs, accepted numbers, description.
 kinds! {
-    Real  "REAL"  "Real"  4 Real Decimal, "a REAL takes finite numbers of at most 3.4028235e38", "32-bit floating point.";
-    LReal "LREAL" "LReal" 8 Real Decimal, "an LREAL takes finite numbers", "64-bit floating point.";
-    Time  "TIME"  "Time"  4 Real Duration, "a TIME takes 0 ... 2147483.647 s", "Milliseconds.";
-    Word  "WORD"  "Word"  2 Integer Bits, "a WORD takes -32768 ... 65535", "16 bits: in a block an analog value, in two's complement.";
-    Int   "INT"   "Int"   2 Integer Integer, "an INT takes -32768 ... 32767", "A 16-bit integer.";
-    Bool  "BOOL"  "Bool"  0 Boolean Switch, "a BOOL takes 0 and 1", "One bit.";
-    SInt  "SINT"  "SInt"  1 Integer Integer [i8::MIN, i8::MAX], "an SINT takes -128 ... 127", "An integer of 8 bits.";
-    USInt "USINT" "USInt" 1 Integer Integer [0, u8::MAX], "a USINT takes 0 ... 255", "An integer of 8 bits without sign.";
-    Byte  "BYTE"  "Byte"  1 Integer Bits [0, u8::MAX], "a BYTE takes 0 ... 255", "8 bits.";
-    UInt  "UINT"  "UInt"  2 Integer Integer [0, u16::MAX], "a UINT takes 0 ... 65535", "An integer of 16 bits without sign.";
-    DInt  "DINT"  "DInt"  4 Integer Integer [i32::MIN, i32::MAX], "a DINT takes -2147483648 ... 2147483647", "An integer of 32 bits.";
-    UDInt "UDINT" "UDInt" 4 Real Integer [0, u32::MAX], "a UDINT takes 0 ... 4294967295", "An integer of 32 bits without sign.";
-    DWord "DWORD" "DWord" 4 Integer Bits [0, u32::MAX], "a DWORD takes -2147483648 ... 4294967295", "32 bits.";
-    LInt  "LINT"  "LInt"  8 Real Integer [i64::MIN, i64::MAX], "an LINT takes integers from -9007199254740992 to 9007199254740992 here", "An integer of 64 bits.";
-    ULInt "ULINT" "ULInt" 8 Real Integer [0, u64::MAX], "a ULINT takes integers from 0 to 9007199254740992 here", "An integer of 64 bits without sign.";
-    LWord "LWORD" "LWord" 8 Real Bits [0, u64::MAX], "an LWORD takes integers from 0 to 9007199254740992 here", "64 bits.";
-    LTime "LTIME" "LTime" 8 Real Duration [i64::MIN, i64::MAX], "an LTIME takes -9007199.254740992 ... 9007199.254740992 s here", "Nanoseconds.";
+    Real  "REAL"  "Real"  4 Real Decimal, "a REAL accepts finite numbers of at most 3.4028235e38", "32-bit floating point.";
+    LReal "LREAL" "LReal" 8 Real Decimal, "an LREAL accepts finite numbers", "64-bit floating point.";
+    Time  "TIME"  "Time"  4 Real Duration, "a TIME accepts 0 ... 2147483.647 s", "Milliseconds.";
+    Word  "WORD"  "Word"  2 Integer Bits, "a WORD accepts -32768 ... 65535", "16 bits; in a block, an analog value in two's complement.";
+    Int   "INT"   "Int"   2 Integer Integer, "an INT accepts -32768 ... 32767", "A 16-bit integer.";
+    Bool  "BOOL"  "Bool"  0 Boolean Switch, "a BOOL accepts 0 and 1", "One bit.";
+    SInt  "SINT"  "SInt"  1 Integer Integer [i8::MIN, i8::MAX], "an SINT accepts -128 ... 127", "An 8-bit integer.";
+    USInt "USINT" "USInt" 1 Integer Integer [0, u8::MAX], "a USINT accepts 0 ... 255", "An unsigned 8-bit integer.";
+    Byte  "BYTE"  "Byte"  1 Integer Bits [0, u8::MAX], "a BYTE accepts 0 ... 255", "8 bits.";
+    UInt  "UINT"  "UInt"  2 Integer Integer [0, u16::MAX], "a UINT accepts 0 ... 65535", "An unsigned 16-bit integer.";
+    DInt  "DINT"  "DInt"  4 Integer Integer [i32::MIN, i32::MAX], "a DINT accepts -2147483648 ... 2147483647", "A 32-bit integer.";
+    UDInt "UDINT" "UDInt" 4 Real Integer [0, u32::MAX], "a UDINT accepts 0 ... 4294967295", "An unsigned 32-bit integer.";
+    DWord "DWORD" "DWord" 4 Integer Bits [0, u32::MAX], "a DWORD accepts -2147483648 ... 4294967295", "32 bits.";
+    LInt  "LINT"  "LInt"  8 Real Integer [i64::MIN, i64::MAX], "an LINT accepts integers from -9007199254740992 to 9007199254740992 here", "A 64-bit integer.";
+    ULInt "ULINT" "ULInt" 8 Real Integer [0, u64::MAX], "a ULINT accepts integers from 0 to 9007199254740992 here", "An unsigned 64-bit integer.";
+    LWord "LWORD" "LWord" 8 Real Bits [0, u64::MAX], "an LWORD accepts integers from 0 to 9007199254740992 here", "64 bits.";
+    LTime "LTIME" "LTime" 8 Real Duration [i64::MIN, i64::MAX], "an LTIME accepts -9007199.254740992 ... 9007199.254740992 s here", "Nanoseconds.";
 }

@@ -311,7 +311,7 @@ impl TextType {
             return Err(format!("{} takes {} characters, not {}", self.name(), self.most, units.len()));
         }
         match text.chars().find(|character| !self.is_wide && u32::from(*character) > 0xFF) {
-            Some(other) => Err(format!("a STRING has the characters of ISO 8859-1, and {other:?} is not one of them")),
+            Some(other) => Err(format!("a STRING holds only ISO 8859-1 characters, and {other:?} is not one of them")),
             None => Ok(units),
         }
     }

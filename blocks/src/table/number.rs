@@ -140,10 +140,10 @@ mod tests {
         assert_eq!(to_value(-32768.0, Kind::Word), Ok(Value::Word(Word::new(-32768))));
         assert_eq!(to_value(32767.0, Kind::Int), Ok(Value::Int(32767)));
         for outside in [65536.0, -32769.0, 0.5, f64::NAN, f64::INFINITY] {
-            assert_eq!(to_value(outside, Kind::Word), Err("a WORD takes -32768 ... 65535"), "{outside}");
-            assert_eq!(to_value(outside, Kind::Int), Err("an INT takes -32768 ... 32767"), "{outside}");
+            assert_eq!(to_value(outside, Kind::Word), Err("a WORD accepts -32768 ... 65535"), "{outside}");
+            assert_eq!(to_value(outside, Kind::Int), Err("an INT accepts -32768 ... 32767"), "{outside}");
         }
-        assert_eq!(to_value(32768.0, Kind::Int), Err("an INT takes -32768 ... 32767"));
+        assert_eq!(to_value(32768.0, Kind::Int), Err("an INT accepts -32768 ... 32767"));
     }
 
     #[test]
@@ -151,7 +151,7 @@ mod tests {
         assert_eq!(to_value(1.0, Kind::Bool), Ok(Value::Bool(true)));
         assert_eq!(to_value(0.0, Kind::Bool), Ok(Value::Bool(false)));
         for outside in [-1.0, 0.5, 2.0, f64::NAN] {
-            assert_eq!(to_value(outside, Kind::Bool), Err("a BOOL takes 0 and 1"), "{outside}");
+            assert_eq!(to_value(outside, Kind::Bool), Err("a BOOL accepts 0 and 1"), "{outside}");
         }
     }
 

@@ -35,7 +35,7 @@ pub const fn short_text(doc: &str) -> &str {
     let (first, rest) = first_line(doc.as_bytes().trim_ascii());
     assert!(
         rest.is_empty() || first_line(rest).0.trim_ascii().is_empty(),
-        "a variable's short text is one line; its help begins after an empty line"
+        "a variable's short text is one line; its help follows after an empty line"
     );
     text(first.trim_ascii())
 }
@@ -165,7 +165,7 @@ pub const fn nest(
         next += 1;
         i += 1;
     }
-    assert!(found == wired.len() + starts.len(), "`wired` or `start` names no terminal of the block inside");
+    assert!(found == wired.len() + starts.len(), "`wired` or `start` names no terminal of the inner block");
     next
 }
 

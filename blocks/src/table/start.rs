@@ -226,13 +226,13 @@ mod tests {
             ("ON = false", "ON = 0", "ON = 0: a BOOL is true or false"),
             ("LEVEL = -1", "LEVEL = x", "LEVEL = x: it is not a number"),
             ("LEVEL = -1", "LEVEL = 65535", "LEVEL = 65535: the WORD is written -1"),
-            ("LEVEL = -1", "LEVEL = 65536", "LEVEL = 65536: a WORD takes -32768 ... 65535"),
-            ("STAGES = -7", "STAGES = 0.5", "STAGES = 0.5: an INT takes -32768 ... 32767"),
+            ("LEVEL = -1", "LEVEL = 65536", "LEVEL = 65536: a WORD accepts -32768 ... 65535"),
+            ("STAGES = -7", "STAGES = 0.5", "STAGES = 0.5: an INT accepts -32768 ... 32767"),
             ("FLOW = 0.10000000149011612", "FLOW = 0.1", "FLOW = 0.1: the REAL is written 0.10000000149011612"),
-            ("GAIN = 0.1", "GAIN = NaN", "GAIN = NaN: an LREAL takes finite numbers"),
+            ("GAIN = 0.1", "GAIN = NaN", "GAIN = NaN: an LREAL accepts finite numbers"),
             ("CYCLE = 20.001", "CYCLE = 20.0014", "CYCLE = 20.0014: the TIME is written 20.001"),
             ("CYCLE = 20.001", "CYCLE = 0.0", "CYCLE = 0.0: the time between two calls must be at least 0.001 s"),
-            ("CYCLE = 20.001", "CYCLE = -1.0", "CYCLE = -1.0: a TIME takes 0 ... 2147483.647 s"),
+            ("CYCLE = 20.001", "CYCLE = -1.0", "CYCLE = -1.0: a TIME accepts 0 ... 2147483.647 s"),
         ] {
             assert!(TEXT.contains(from));
             assert_eq!(settings(&TEXT.replace(from, to)).unwrap_err(), error);

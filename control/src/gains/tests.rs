@@ -149,10 +149,10 @@ fn numbers_that_a_plc_cannot_hold_are_refused() {
     let refused = |numbers: &[(&str, f64)]| refusal(controller(Form::Ideal, numbers).unwrap().settings());
     assert_eq!(
         refused(&[("Kp", 1e39)]),
-        "GAIN = 1000000000000000000000000000000000000000: a REAL takes finite numbers of at \
+        "GAIN = 1000000000000000000000000000000000000000: a REAL accepts finite numbers of at \
                                           most 3.4028235e38"
     );
-    assert_eq!(refused(&[("Kp", 1.0), ("Ti", 1e7)]), "TI = 10000000 s: a TIME takes 0 ... 2147483.647 s");
+    assert_eq!(refused(&[("Kp", 1.0), ("Ti", 1e7)]), "TI = 10000000 s: a TIME accepts 0 ... 2147483.647 s");
     assert_eq!(refused(&[("Kp", 1e-60)]), "GAIN = 1e-60 is too small for a REAL: it would become 0");
 }
 
@@ -165,9 +165,9 @@ fn the_block_raises_times_below_what_its_cycle_allows() {
     assert_eq!(
         remarks,
         [
-            "TI = 0.04 s is below CYCLE / 2: the block computes with 0.05 s",
-            "TD = 0.05 s is below CYCLE: the block computes with 0.1 s",
-            "TM_LAG = 0.005 s is below CYCLE / 2: the block computes with 0.05 s"
+            "TI = 0.04 s is below CYCLE / 2: the block uses 0.05 s",
+            "TD = 0.05 s is below CYCLE: the block uses 0.1 s",
+            "TM_LAG = 0.005 s is below CYCLE / 2: the block uses 0.05 s"
         ]
     );
     let (computed, remarks) = settings.computed(0.01);

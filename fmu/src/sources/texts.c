@@ -135,7 +135,7 @@ static plcfmu_status_t plcfmu_check_text(plcfmu_component_t *c, const plcfmu_tex
     } else {
         char character[5] = {0, 0, 0, 0, 0};
         memcpy(character, outside, plcfmu_decode(outside, &code));
-        plcfmu_say(&why, "a STRING has the characters of ISO 8859-1, and '");
+        plcfmu_say(&why, "a STRING holds only ISO 8859-1 characters, and '");
         plcfmu_say(&why, character);
         plcfmu_say(&why, "' is not one of them");
     }

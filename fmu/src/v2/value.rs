@@ -52,7 +52,7 @@ impl HostType<Fmi2> for c_int {
         match kind {
             // The upper half of an unsigned word is the negative half of a signed one.
             Kind::Word if (-32768..=65535).contains(&self) => Ok(Value::Word(Word::new(self as i16))),
-            Kind::Word => Err("a WORD takes -32768 ... 65535"),
+            Kind::Word => Err("a WORD accepts -32768 ... 65535"),
             _ => number::to_value(f64::from(self), kind),
         }
     }
@@ -163,7 +163,7 @@ mod tests {
         for endless in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!(
                 HostType::<Fmi2>::to_plc(endless, Kind::LReal),
-                Err("an LREAL takes finite numbers"),
+                Err("an LREAL accepts finite numbers"),
                 "{endless}"
             );
         }
@@ -188,7 +188,7 @@ mod tests {
         for outside in [65536, -32769] {
             assert_eq!(
                 HostType::<Fmi2>::to_plc(outside, Kind::Word),
-                Err("a WORD takes -32768 ... 65535"),
+                Err("a WORD accepts -32768 ... 65535"),
                 "{outside}"
             );
         }
@@ -198,7 +198,11 @@ mod tests {
     fn an_int_has_16_bits() {
         assert_eq!(HostType::<Fmi2>::to_plc(32767, Kind::Int), Ok(Value::Int(32767)));
         for outside in [32768, -32769] {
-            assert_eq!(HostType::<Fmi2>::to_plc(outside, Kind::Int), Err("an INT takes -32768 ... 32767"), "{outside}");
+            assert_eq!(
+                HostType::<Fmi2>::to_plc(outside, Kind::Int),
+                Err("an INT accepts -32768 ... 32767"),
+                "{outside}"
+            );
         }
     }
 

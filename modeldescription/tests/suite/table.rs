@@ -279,10 +279,10 @@ fn a_value_that_its_type_does_not_have_is_refused() {
         let error = Interface::parse(&json(&[row("X", kind, "input", rest)])).unwrap_err();
         error.to_string()
     };
-    assert_eq!(refused("INT", "start 0.5"), "the library's table of BLOCK: X is 0.5: an INT takes -32768 ... 32767");
+    assert_eq!(refused("INT", "start 0.5"), "the library's table of BLOCK: X is 0.5: an INT accepts -32768 ... 32767");
     assert!(refused("INT", "max 32768.0").contains("X is 32768.0: an INT takes"));
     assert!(refused("WORD", "start -32769.0").contains("X is -32769.0: a WORD takes"));
-    assert!(refused("BOOL", "start 2.0").contains("X is 2.0: a BOOL takes 0 and 1"));
+    assert!(refused("BOOL", "start 2.0").contains("X is 2.0: a BOOL accepts 0 and 1"));
 }
 
 #[test]

@@ -81,9 +81,9 @@ fn every_error_has_its_place_and_all_are_told() {
          plant.json:4:11: TI: expected a number of seconds, found a string\n\
          plant.json:5:5: LMN of PUMP is an output: only inputs and parameters can be set\n\
          plant.json:6:15: MAN_ON: expected true or false, found `1`\n\
-         plant.json:7:15: PV_PER: found `0.5`, but a WORD takes -32768 ... 65535\n\
+         plant.json:7:15: PV_PER: found `0.5`, but a WORD accepts -32768 ... 65535\n\
          plant.json:8:16: GAIN is given twice\n\
-         plant.json:9:12: MAN: found `1e39`, but a REAL takes finite numbers of at most 3.4028235e38\n\
+         plant.json:9:12: MAN: found `1e39`, but a REAL accepts finite numbers of at most 3.4028235e38\n\
          plant.json:10:12: SUM: expected a number, found null\n\
          plant.json:12:8: `B`: expected an object with the values of a loop, found a number; the other members of the file are loops"
     );

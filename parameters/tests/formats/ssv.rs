@@ -77,7 +77,7 @@ fn what_no_block_has_is_refused_with_its_place() {
         (parameter("MAN", "Real value=\"a\""), "plant.ssv:4:25: MAN: expected a number, found `a`"),
         (parameter("MAN", "Real"), "plant.ssv:4:25: MAN: expected a number, found ``"),
         (parameter("MAN", "Boolean value=\"true\""), "plant.ssv:4:25: MAN: expected a number, found true"),
-        (parameter("MAN", "Real value=\"INF\""), "plant.ssv:4:25: MAN: found `INF`, but a REAL takes finite numbers"),
+        (parameter("MAN", "Real value=\"INF\""), "plant.ssv:4:25: MAN: found `INF`, but a REAL accepts finite numbers"),
         (parameter("ON", "Boolean value=\"yes\""), "plant.ssv:4:24: ON: expected true or false, found yes"),
         (
             "<s:Parameter name=\"MAN\"/>".into(),

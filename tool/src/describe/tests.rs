@@ -87,12 +87,12 @@ fn values_that_the_type_does_not_hold_are_errors_and_others_are_rounded() {
     assert_eq!(checked.rounded, rounded);
     assert_eq!(texts(&checked), [("SP = 101 °C: the highest sensible value is 100 °C", false)]);
     let cases = [
-        ("GAIN", Value::Number(1e39), "GAIN = 1e39: a REAL takes finite numbers of at most 3.4028235e38"),
+        ("GAIN", Value::Number(1e39), "GAIN = 1e39: a REAL accepts finite numbers of at most 3.4028235e38"),
         ("GAIN", Value::Number(f64::NAN), "GAIN = NaN: it is not a finite number"),
         ("GAIN", Value::Boolean(true), "GAIN is REAL: true is not a number"),
-        ("TI", Value::Number(-1.0), "TI = -1.0: a TIME takes 0 ... 2147483.647 s"),
-        ("BITS", Value::Number(0.5), "BITS = 0.5: an INT takes -32768 ... 32767"),
-        ("MAN_ON", Value::Number(2.0), "MAN_ON = 2.0: a BOOL takes 0 and 1"),
+        ("TI", Value::Number(-1.0), "TI = -1.0: a TIME accepts 0 ... 2147483.647 s"),
+        ("BITS", Value::Number(0.5), "BITS = 0.5: an INT accepts -32768 ... 32767"),
+        ("MAN_ON", Value::Number(2.0), "MAN_ON = 2.0: a BOOL accepts 0 and 1"),
         ("CYCLE", Value::Number(0.0001), "CYCLE = 0.0001 s: the time between two calls must be at least 0.001 s"),
         ("OUT", Value::Number(1.0), "OUT is output: only inputs and parameters can be set"),
         ("<i>", Value::Number(1.0), "no variable \"<i>\""),
@@ -168,5 +168,5 @@ fn a_loop_of_an_unknown_block_or_with_an_unknown_setting_is_refused() {
     let error = |one: &Loop| format!("{:#}", as_loop(&TestHome::default(), one).unwrap_err());
     assert_eq!(error(&one("PUMP", vec![])), "A: no block \"PUMP\" in the catalogue");
     assert_eq!(error(&one("fb7", vec![setting("OUT", 1.0)])), "A: PID has no setting \"OUT\"");
-    assert_eq!(error(&one("PID", vec![setting("BITS", 0.5)])), "A: BITS = 0.5: an INT takes -32768 ... 32767");
+    assert_eq!(error(&one("PID", vec![setting("BITS", 0.5)])), "A: BITS = 0.5: an INT accepts -32768 ... 32767");
 }

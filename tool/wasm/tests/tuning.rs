@@ -404,7 +404,7 @@ fn a_rule_gets_half_a_cycle_more_dead_time_and_gives_the_settings_and_switches_o
     assert_eq!((number(&pid, "TD"), number(&pid, "TM_LAG")), (0.528, 0.1));
     assert_eq!(
         pid.remarks[0],
-        "TM_LAG = 0.053 s is below half the time between two calls: the block computes with 0.1 s, which is set."
+        "TM_LAG = 0.053 s is below half the time between two calls: the block uses 0.1 s, which is set."
     );
 
     (request.rule, request.structure) = (Rule::ChrSetpoint0, Structure::P);

@@ -145,7 +145,7 @@ impl Law for Hlg {
         jumps
             .filter(|(_, _, n)| *n <= 0)
             .map(|(name, direction, n)| {
-                format!("{name} = {n}: {direction} the output jumps to the setpoint in one call")
+                format!("{name} = {n}: {direction}, the output jumps to the setpoint in one call")
             })
             .collect()
     }

@@ -8,8 +8,8 @@ fn ramp(set_point: Int, th_tz: Int, tr_tz: Int) -> Hlg {
 
 #[test]
 fn the_advice_names_the_directions_without_a_ramp() {
-    assert_eq!(ramp(0, 1, 0).advice(), ["TR_TZ = 0: downwards the output jumps to the setpoint in one call"]);
-    assert_eq!(ramp(0, -3, 1).advice(), ["TH_TZ = -3: upwards the output jumps to the setpoint in one call"]);
+    assert_eq!(ramp(0, 1, 0).advice(), ["TR_TZ = 0: downwards, the output jumps to the setpoint in one call"]);
+    assert_eq!(ramp(0, -3, 1).advice(), ["TH_TZ = -3: upwards, the output jumps to the setpoint in one call"]);
     assert_eq!(ramp(0, 1, 1).advice(), Vec::<String>::new());
 }
 

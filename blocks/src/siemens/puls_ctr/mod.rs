@@ -111,7 +111,7 @@ impl Law for PulsCtr {
         let cycle = self.cycle.milliseconds();
         if cycle.checked_mul(i32::from(self.red_fac)).is_none() {
             return Err(format!(
-                "CYCLE is {} s and RED_FAC {}, but CONT_C's sampling time CYCLE * RED_FAC ends at {} s: \
+                "CYCLE is {} s and RED_FAC {}, but CONT_C's sampling time CYCLE * RED_FAC cannot exceed {} s: \
                  set RED_FAC to {} or less, or a shorter CYCLE",
                 f64::from(cycle) / 1000.0,
                 self.red_fac,
