@@ -1,4 +1,4 @@
-//! Boxes that compute a value, and ENO, which reports whether they could.
+//! Boxes that compute a value, and their ENO, which reports whether they succeeded.
 
 use super::elements::{Failure, Formula};
 use super::flow::Value;
@@ -31,7 +31,7 @@ impl Lowerer<'_> {
         let is_wired = pins.iter().any(|pin| self.is_awaited(&(number, pin.clone())));
         let has_eno = self.has_eno(element, number);
         let roots = self.roots(targets.iter().map(|(_, target)| *target));
-        // A value moved to several variables is read again for each, so that it may be a text or a structure.
+        // A value moved to several variables is read again for each, so that it may be a string or a structure.
         let is_read_again = matches!(formula, Formula::Same) && self.value(result).reads.is_disjoint(&roots);
         let is_direct = !is_wired && (targets.len() <= 1 || is_read_again);
         let flow = if has_eno { self.shared(flow, span) } else { flow };
@@ -196,7 +196,7 @@ impl Lowerer<'_> {
             }
             Formula::Step(operator) => {
                 let mut value = self.operand(element, "OPERAND")?;
-                // INC and DEC have a single type, that of their result.
+                // INC and DEC have a single type, the type of their result.
                 if let Some(of) = own.as_ref().and_then(|own| Elementary::named(own)) {
                     value = self.tree.expressions.add(ExpressionKind::As(of, value), span);
                 }
@@ -254,7 +254,7 @@ impl Lowerer<'_> {
             Failure::Calculation("CALL") => Some(self.of_function("CALL?", vec![("IN".to_string(), result)], span)),
             Failure::Calculation(kind) => {
                 let name = own.as_ref().map_or(format!("{kind}?"), |own| format!("{kind}?_{own}"));
-                // If the type of a box follows from its operands, it is that of the variable written.
+                // A box without an explicit type uses the type of the variable it writes.
                 if let (true, None, Some((_, target))) = (kind == "CONVERT", &own, results(element).next()) {
                     given.push(("OUT".to_string(), target));
                 }
@@ -318,7 +318,7 @@ impl Lowerer<'_> {
         fails
     }
 
-    /// An expression that is TRUE if a function has no value for these inputs.
+    /// An expression that is TRUE if a function is undefined for these inputs.
     fn condition(
         &mut self,
         kind: &str,
@@ -350,7 +350,7 @@ impl Lowerer<'_> {
         Some(self.binary(Binary::GreaterOrEqual, pin("MIN")?, pin("MAX")?, span))
     }
 
-    /// An expression that is TRUE if the position or the number of characters lies outside the text, or if the result
+    /// An expression that is TRUE if the position or the number of characters is outside the string, or if the result
     /// is too long for its variable.
     fn text_fails(
         &mut self,
@@ -444,7 +444,7 @@ fn value_of(given: &[(String, ExpressionId)], name: &str) -> Option<ExpressionId
     given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value)
 }
 
-/// The parameter name of a function for a pin.
+/// The name of the function parameter for a pin.
 fn formal(pin: &str) -> String {
     if pin == "ELSE" { "INELSE".to_string() } else { pin.to_string() }
 }

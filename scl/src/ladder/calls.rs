@@ -8,7 +8,7 @@ use crate::front::syntax::{ExpressionId, ExpressionKind, Scope, Statement, State
 use std::collections::BTreeSet;
 
 impl Lowerer<'_> {
-    /// A call of an instance: of a timer or counter as its `kind`, of any other system block as declared.
+    /// Lowers a call of an instance: a timer or counter as its `kind`, any other system block as declared.
     pub(super) fn instance(&mut self, kind: Option<&'static str>, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
@@ -21,8 +21,8 @@ impl Lowerer<'_> {
         self.call_instance(callee, called, elements, number);
     }
 
-    /// The callee as a timer or counter of the kind its element names; this determines the type of an undeclared data
-    /// block.
+    /// The callee as a timer or counter of the kind named by its element, which determines the type of an undeclared
+    /// data block.
     pub(super) fn as_kind(&mut self, element: &Element, called: ExpressionId, kind: &str) -> ExpressionId {
         let of = element.setting("TIME_TYPE").or(element.setting("VALUE_TYPE")).unwrap_or_default().to_uppercase();
         let is_usual = ["", "TIME", "INT"].contains(&of.as_str());
@@ -55,7 +55,7 @@ impl Lowerer<'_> {
         for (pin, target) in element.outputs.iter().filter(|(pin, _)| pin != "ENO") {
             let is_first = !arguments.iter().any(|(name, _, _)| name == pin);
             if is_first && !self.is_value(element, pin) && !element.negated.contains(pin) {
-                // A document may draw an in-out variable at the right side of its box.
+                // A document may draw an in-out variable on the right-hand side of its box.
                 let is_in_out = parameter(element, pin).is_some_and(|parameter| parameter.way == Way::InOut);
                 arguments.push((pin.clone(), !is_in_out, *target));
             }
@@ -64,7 +64,7 @@ impl Lowerer<'_> {
         (arguments, roots)
     }
 
-    /// Whether the block may write a pin; true of a pin about which nothing is known.
+    /// Whether the block may write a pin; true for unknown pins.
     fn is_in_out(&self, element: &Element, pin: &str) -> bool {
         element.call.is_some() && parameter(element, pin).is_none_or(|parameter| parameter.way == Way::InOut)
     }
@@ -116,7 +116,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The value that a pin outputs: negated, if the pin is.
+    /// The value output at a pin, negated if the pin is.
     pub(super) fn of_pin(&mut self, element: &Element, pin: &str, value: ExpressionId) -> ExpressionId {
         let is_negated = element.negated.iter().any(|negated| negated == pin);
         if is_negated { self.unary(Unary::Not, value, element.span) } else { value }
@@ -139,7 +139,7 @@ impl Lowerer<'_> {
         })
     }
 
-    /// A call of a function, or of an instance of a function block.
+    /// Lowers a call of a function, or of an instance of a function block.
     pub(super) fn call_of(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         let Some(called) = element.called else {
@@ -154,7 +154,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A function called as a statement.
+    /// Lowers a function called as a statement.
     pub(super) fn statement(&mut self, callee: ExpressionId, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
@@ -182,7 +182,7 @@ impl Lowerer<'_> {
                         value = Some((temporary, Some(name)));
                         continue;
                     }
-                    // If the call does not state the type of an output, the block's declaration does.
+                    // If the call does not specify the type of an output, the block's declaration does.
                     let of = parameter(element, &pin).and_then(|parameter| parameter.of.as_ref());
                     let of = of.and_then(|of| Elementary::named(&of.to_uppercase()));
                     let of = if element.call.is_some() { of } else { Some(Elementary::Bool) };
@@ -227,7 +227,8 @@ impl Lowerer<'_> {
         self.set(elements, number, "ENO", eno.unwrap_or(flow));
     }
 
-    /// An instruction without a row in the table: called by name, so that the error says what is known about it.
+    /// Lowers an instruction without a row in the table as a call by name, for which the error message is more
+    /// specific.
     pub(super) fn other(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         match element.called {

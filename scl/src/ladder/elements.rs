@@ -16,13 +16,13 @@ pub(crate) struct Instruction {
 pub(crate) enum Law {
     /// f AND operand; f AND NOT operand if `true`.
     Contact(bool),
-    /// f AND an edge of the operand, whose last value is kept in `bit`: a rising or a falling edge.
+    /// f AND an edge of the operand, whose last value is stored in `bit`; the edge is rising if `true`.
     EdgeContact(bool),
-    /// An edge of f, whose last value is kept in `bit`.
+    /// An edge of f, whose last value is stored in `bit`; the edge is rising if `true`.
     EdgeOfFlow(bool),
     /// f AND (in1 op in2).
     Compare(Binary),
-    /// f AND the value lies within the limits, or outside them.
+    /// f AND the value is within the limits, or outside them if `false`.
     Range(bool),
     /// f AND the operand is a valid floating-point number, or an invalid one.
     Valid(bool),
@@ -60,7 +60,7 @@ pub(crate) enum Law {
     Demultiplex,
     /// A box that runs if EN is TRUE: a function with outputs, called as a statement.
     Statement(&'static str),
-    /// Not supported; the text names an alternative.
+    /// Not supported; the string suggests an alternative.
     Refused(&'static str),
 }
 
@@ -103,7 +103,7 @@ pub(crate) enum Failure {
     Never,
     /// A number overflows its type or is not a valid floating-point number. Holds the kind of calculation.
     Calculation(&'static str),
-    /// This other function of the same pins is TRUE.
+    /// The named condition on the same pins is TRUE.
     Condition(&'static str),
 }
 
@@ -267,12 +267,12 @@ pub(crate) const ROWS: &[Instruction] = &[
     row(&["McrA", "McrD", "Mcr", "McrClose", "Opn", "Opni", "Save"], Law::Refused("draw it with contacts and coils")),
 ];
 
-/// The instruction of that name.
+/// The instruction with this name.
 pub(crate) fn named(name: &str) -> Option<&'static Instruction> {
     ROWS.iter().find(|row| row.names.iter().any(|own| own.eq_ignore_ascii_case(name)))
 }
 
-/// The pin name that the law of an element uses for a pin named in a document.
+/// The name used by an element's law for a pin of a document.
 pub(crate) fn pin_of(law: Option<Law>, pin: &str) -> &str {
     match (law, pin) {
         (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MIN") => "MN",

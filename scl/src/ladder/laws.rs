@@ -114,7 +114,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// An edge of a value, whose previous value is kept in a bit.
+    /// An edge of a value; its previous value is stored in `bit`.
     fn edge(&mut self, value: Value, bit: ExpressionId, is_rising: bool, span: Span) -> Value {
         let value = self.shared(value, span);
         let (now, before) = (self.expression(&value, span), bit);
@@ -133,7 +133,7 @@ impl Lowerer<'_> {
 
     /// A value converted to the type that the element declares for its inputs.
     pub(super) fn typed(&mut self, element: &Element, value: ExpressionId) -> ExpressionId {
-        // MIN, MAX, LIMIT and SEL name the type of their inputs in the same setting as counters.
+        // MIN, MAX, LIMIT and SEL specify the type of their inputs in the same setting as counters.
         let of = element.setting("SRCTYPE").or(element.setting("VALUE_TYPE"));
         let of = of.and_then(|name| Elementary::named(&name.to_uppercase()));
         let span = self.tree.expressions[value].span;

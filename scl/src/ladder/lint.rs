@@ -1,4 +1,4 @@
-//! Warns of likely mistakes in networks: several coils on one variable, an edge bit used twice, networks that never
+//! Warns about likely mistakes in networks: several coils on one variable, an edge bit used twice, networks that never
 //! run, and results that depend on the order of elements.
 
 use super::elements::{self, Formula, Law};
@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, HashMap};
 /// Networks with more elements are not checked for order dependence.
 const MOST_ELEMENTS: usize = 1000;
 
-/// Warns of surprising constructs in the networks of a block.
+/// Warns about suspicious constructs in the networks of a block.
 pub(crate) fn lint(networks: &[Network], owner: &Owner, expressions: &Expressions, report: &mut Report) {
     let blocks = networks.iter().flat_map(|network| network.elements.iter().map(move |element| (network, element)));
     let all: Vec<(&Network, &Element)> = blocks.collect();
@@ -151,7 +151,7 @@ impl Lint<'_> {
         uses
     }
 
-    /// Warns of a variable written by one element and read by another when no wire determines their order.
+    /// Warns about a variable written by one element and read by another when no wire determines their order.
     fn order(&self, network: &Network, report: &mut Report) {
         let uses: Vec<Uses> = network.elements.iter().map(|element| self.uses(element)).collect();
         let mut readers: HashMap<&str, Vec<usize>> = HashMap::new();

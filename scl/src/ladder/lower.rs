@@ -1,4 +1,4 @@
-//! Orders the elements of a network and translates them to statements.
+//! Orders the elements of a network and translates them into statements.
 
 use super::Pin;
 use super::elements::Law;
@@ -19,12 +19,12 @@ pub(crate) struct Owner {
     pub title: String,
     /// The names of its variables, in upper case.
     pub names: BTreeSet<String>,
-    /// Those of its variables that may alias others: in-outs, and variables that have or are a view.
+    /// Its variables that may alias others: in-outs, views and the variables they overlay.
     pub shared: BTreeSet<String>,
 }
 
 impl Owner {
-    /// Collects the properties of the block that its networks need.
+    /// Collects the block properties that its networks need.
     pub(crate) fn new(block: &SourceBlock) -> Owner {
         let mut owner = Owner { title: block.title(), ..Owner::default() };
         for section in &block.sections {
@@ -35,7 +35,7 @@ impl Owner {
                 }
             }
             for member in &section.members {
-                // A view and the variable it shows may alias any other.
+                // A view and the variable it overlays may alias any other.
                 if let Some(at) = &member.at {
                     owner.shared.insert(at.key());
                     owner.shared.extend(member.names.iter().map(Name::key));
@@ -63,14 +63,14 @@ pub(super) struct Lowerer<'a> {
     pub uses: BTreeMap<Pin, usize>,
     /// The source location of each element.
     pub spans: Vec<Span>,
-    /// The pins of the current element that its law has read, and those it has set.
+    /// The pins of the current element read by its law, and those set by it.
     asked: BTreeSet<String>,
     given: BTreeSet<String>,
     /// The values of the pins, for watching the network while it runs.
     carried: Vec<(Pin, Option<ExpressionId>)>,
 }
 
-/// Translates a network to statements.
+/// Translates a network into statements.
 pub(crate) fn lower(network: &mut Network, owner: &Owner, tree: &mut Tree, report: &mut Report) -> Vec<Statement> {
     let mut lowerer = Lowerer {
         owner,
@@ -137,7 +137,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Records where an element and its operands come from, for messages.
+    /// Records the location of an element and its operands, for messages.
     fn locate(&mut self, element: &Element, place: &str) {
         self.report.locate(element.span, place.to_string());
         let inputs = element.inputs.iter().flat_map(|input| &input.sources).filter_map(|source| match source {
@@ -207,7 +207,7 @@ impl Lowerer<'_> {
         Some(if is_negated { self.negated(value, element.span) } else { value })
     }
 
-    /// The value of a pin that carries none.
+    /// The value used for a pin that carries none, which is reported as an error.
     fn no_value(&mut self, pin: &str, element: &Element) -> Value {
         if !self.report.has_errors() {
             let message = format!("{} is wired to a pin {pin} that carries no value", element.name);
@@ -276,7 +276,7 @@ impl Lowerer<'_> {
         self.values.insert(pin, value);
     }
 
-    /// A value used more than once: a single variable may simply be read again.
+    /// Saves a value in a temporary for several uses, unless it is a single variable, which can be read again.
     pub(super) fn shared(&mut self, value: Value, span: Span) -> Value {
         let is_plain = value.of.is_none_or(|of| {
             matches!(
@@ -325,7 +325,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Rejects a gate or box with fewer connected inputs than it is drawn with.
+    /// Rejects a gate or box with fewer connected inputs than are drawn.
     pub(super) fn check_cardinality(&mut self, element: &Element) {
         let Some(card) = element.setting("CARD") else { return };
         let wired = numbered(element).len();
@@ -352,7 +352,7 @@ pub(super) fn numbered(element: &Element) -> Vec<String> {
     pins.into_iter().map(|(_, pin)| pin).collect()
 }
 
-/// Sorts elements topologically, each after those it needs. The second list holds those on a cycle.
+/// Sorts elements topologically, each after those it needs. The second list contains those on a cycle.
 fn each_after_its_needs(roots: impl Iterator<Item = usize>, needed: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
     let (mut order, mut circles) = (Vec::new(), Vec::new());
     // 1 while an element's needs are visited, 2 afterwards.

@@ -1,4 +1,5 @@
-//! LAD and FBD. Takes networks as graphs of elements and wires, independent of the file format; gives their statements.
+//! LAD and FBD: translates networks into statements. A network is a graph of elements and wires, independent of the
+//! file format.
 //!
 //! A reader in [`front`](crate::front) fills [`Network`]s and calls [`lower()`] for the statements of each. Elements are
 //! listed in execution order; [`elements`] maps each instruction name to its law.

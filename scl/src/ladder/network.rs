@@ -16,9 +16,9 @@ pub struct Network {
     pub span: Span,
     /// The labels at its beginning.
     pub labels: Vec<Name>,
-    /// Its elements, in the execution order that applies where wires do not determine another.
+    /// Its elements, in the order in which they execute unless wires require another.
     pub elements: Vec<Element>,
-    /// The values of its output pins, once it is translated; `None` is TRUE, directly from the power rail.
+    /// The values of its output pins, once it has been translated; `None` is TRUE, directly from the power rail.
     pub carried: Vec<(Pin, Option<ExpressionId>)>,
 }
 
@@ -45,7 +45,7 @@ impl Network {
 pub struct Element {
     /// The instruction, in any case: `Contact`, `S_Coil`, `Add`; for a call, the block.
     pub name: String,
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
     /// The connections of its input pins, including operands.
     pub inputs: Vec<Input>,
@@ -144,7 +144,7 @@ pub struct Parameter {
     pub name: String,
     /// Its direction.
     pub way: Way,
-    /// Its type, if the call states it.
+    /// Its type, if the call specifies it.
     pub of: Option<String>,
 }
 
