@@ -254,7 +254,7 @@ impl Law for Drive {
             self.follow(cycle);
         }
         let counts = 32767.0 * self.speed / self.n_max;
-        // The cast saturates at the range of an INT, and converts the NaN that results from an N_MAX of 0 to 0.
+        // The cast saturates at the range of an INT, and turns the NaN that an N_MAX of 0 causes into 0.
         self.n_act = (counts + 0.5_f64.copysign(counts)) as i16;
     }
 }

@@ -1,11 +1,11 @@
 //! Building blocks of plants: lags, transport delays and the analog input module, for blocks that simulate a process.
 //!
 //! A plant is a block whose law advances a process by one `CYCLE` in each call, with its inputs held. Everything here
-//! is solved in closed form, not integrated in small steps: one step of a second gives the same as a hundred steps of
-//! ten milliseconds, apart from the rounding of a 64-bit number.
+//! is solved in closed form, not integrated in small steps: one step of one second yields the same result as a hundred
+//! steps of ten milliseconds, apart from the rounding of 64-bit numbers.
 //!
-//! `exp` and its relatives come from the crate `libm`, not from the system's mathematics library, whose last bits differ
-//! from platform to platform: a plant gives the same bits everywhere.
+//! `exp` and related functions are those of the crate `libm`, not of the system's math library, whose last bits differ
+//! from platform to platform: a plant computes the same bits everywhere.
 //!
 //! ```
 //! use blocks::{LReal, Law};
@@ -61,14 +61,14 @@ pub use kept::Kept;
 /// The mathematical functions of the plants, with the same bits on every platform.
 pub use libm::{exp, expm1 as exp_m1, log as ln};
 
-/// Converts a TIME to seconds; a negative one to 0.
+/// Converts a TIME to seconds; a negative TIME becomes 0.
 #[inline(always)]
 pub fn seconds(time: Time) -> LReal {
     LReal::from(time.milliseconds().max(0)) / 1000.0
 }
 
-/// Limits `x` to `low` ... `high`; NaN becomes `low`. Unlike `f64::clamp` it accepts a `low` above `high`, and then
-/// returns one of the two.
+/// Limits `x` to `low` ... `high`; NaN becomes `low`. Unlike `f64::clamp`, it accepts a `low` above `high`, in which
+/// case it returns one of the two.
 #[inline(always)]
 pub fn limited(x: LReal, low: LReal, high: LReal) -> LReal {
     if x > high {
@@ -80,16 +80,16 @@ pub fn limited(x: LReal, low: LReal, high: LReal) -> LReal {
     }
 }
 
-/// First-order lag: where `value` is after `seconds`, on its way to a constant `target`.
+/// First-order lag: returns `value` after `seconds`, on its way to a constant `target`.
 ///
 /// ```text
 /// time_constant * d value / dt = target - value
 /// ```
 ///
-/// Without a time constant above 0 there is no lag: the value is the target at once. A value at its target stays there
-/// to the last bit. If `seconds` is not above 0, nothing happens.
+/// Without a time constant above 0 there is no lag: the value reaches the target immediately. A value at its target
+/// stays there to the last bit. If `seconds` is not above 0, nothing happens.
 ///
-/// For a law that does this in every call there is [`Lag`].
+/// A law that does this in every call should use [`Lag`].
 ///
 /// ```
 /// let value = plants::dynamics::lag(0.0, 100.0, 5.0, 10.0);
@@ -99,16 +99,16 @@ pub fn lag(value: LReal, target: LReal, time_constant: LReal, seconds: LReal) ->
     Lag::default().step(value, target, time_constant, seconds)
 }
 
-/// Two lags in series, the first on its way to `target`, the second following the first: both after `seconds`.
+/// Two lags in series, the first on its way to `target`, the second following the first: returns both after `seconds`.
 ///
 /// ```text
 /// time_constants[0] * d values[0] / dt = target    - values[0]
 /// time_constants[1] * d values[1] / dt = values[0] - values[1]
 /// ```
 ///
-/// Either time constant may be 0, as with [`lag`]; equal and nearly equal ones lose no accuracy.
+/// Either time constant may be 0, as with [`lag`]; equal and nearly equal time constants lose no accuracy.
 ///
-/// For a law that does this in every call there is [`Lags`].
+/// A law that does this in every call should use [`Lags`].
 ///
 /// ```
 /// // From rest, with equal time constants: 1 - (1 + t/T) exp(-t/T).
@@ -119,7 +119,7 @@ pub fn lags(values: [LReal; 2], target: LReal, time_constants: [LReal; 2], secon
     Lags::default().step(values, target, time_constants, seconds)
 }
 
-/// [`lag`] for the memory of a block: it computes `exp` only where the time constant or the duration has changed since the
+/// [`lag`] for the memory of a block: recomputes `exp` only if the time constant or the duration has changed since the
 /// last step.
 ///
 /// ```
@@ -176,7 +176,7 @@ impl Lags {
 /// The progress of a lag towards its target in a given time.
 #[derive(Clone, Copy, Debug, Default)]
 struct Way {
-    /// Whether the target is reached at once.
+    /// Whether the target is reached immediately.
     is_whole: bool,
     /// The fraction of the distance covered, unless the target is reached.
     share: LReal,
@@ -233,16 +233,16 @@ fn passed(seconds: LReal, time_constant: LReal) -> LReal {
 }
 
 /// Returns the fraction of the distance that a lag covers in `passed` time constants: 1 - exp(-passed), accurate for
-/// small values too.
+/// small values as well.
 fn share(passed: LReal) -> LReal {
     -exp_m1(-passed)
 }
 
-/// The word that an analog input module outputs for a process value: 0 at `at_0`, 27648 at `at_100`, rounded to the
+/// The word that an analog input module returns for a process value: 0 at `at_0`, 27648 at `at_100`, rounded to the
 /// nearest count.
 ///
 /// It saturates: the word never leaves 0 ... 27648. Real modules continue to 118 % before they report an overflow; here
-/// the range ends where the sensor's does. `at_100` may be below `at_0`; if both are equal the word is 0.
+/// the range ends where the sensor's range ends. `at_100` may be below `at_0`; if both are equal the word is 0.
 ///
 /// ```
 /// assert_eq!(plants::dynamics::analog(100.0, 0.0, 400.0).value(), 6912);

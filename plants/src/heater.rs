@@ -221,9 +221,9 @@ blocks::block! {
     memory Memory {
         /// The heating power on its way to the furnace.
         power: Delay;
-        /// The loss relative to that with the door closed, and the resulting time constant of the furnace.
+        /// The heat loss relative to the loss with the door closed, and the resulting time constant of the furnace.
         loss: Kept<3, [LReal; 2]>;
-        /// The lags of furnace and sensor, in either part of a cycle.
+        /// The lags of furnace and sensor, for each part of a cycle.
         lags: [Lags; 2];
     }
 }
@@ -273,7 +273,7 @@ impl Law for Heater {
 }
 
 impl Heater {
-    /// Returns the loss relative to that with the door closed, and the resulting time constant of the furnace.
+    /// Returns the heat loss relative to the loss with the door closed, and the resulting time constant of the furnace.
     fn loss([door, door_loss, furn_tm]: [LReal; 3]) -> [LReal; 2] {
         let loss = 1.0 + limited(door, 0.0, 100.0) / 100.0 * door_loss.max(0.0) / 100.0;
         [loss, furn_tm / loss]

@@ -1,6 +1,6 @@
 //! Plants for testing controllers: a furnace, a valve, a tank and others, each a [block](blocks::Block) in its own file
-//! that simulates a process. [`dynamics`] contains their common building blocks; [`LOOPS`] lists ready-made loops with
-//! them.
+//! that simulates a process. [`dynamics`] contains their common building blocks; [`LOOPS`] lists ready-made loops that
+//! use them.
 
 pub mod dynamics;
 
@@ -32,14 +32,15 @@ macro_rules! plants {
 // All plants of this crate, in the order in which the parameter tool shows them.
 plants!(process::Process, heater::Heater, valve::Valve, thermo::Thermo, tank::Tank, drive::Drive, sensor::Sensor,);
 
-/// Calls `what` for every plant of this crate that is faster in lanes, as [`blocks::for_each_in_lanes`] does for blocks.
+/// Calls `what` for every plant of this crate that runs faster in lanes, as [`blocks::for_each_in_lanes`] does for
+/// blocks.
 pub fn for_each_in_lanes(what: &mut impl blocks::table::abreast::EachInLanes) {
     what.block::<Heater>();
     what.block::<Process>();
 }
 
-/// The plant at a [place]. The library of a plant's FMU obtains the place from the name of its package, so that one
-/// source file serves all plants.
+/// The plant at a [place]. The library of a plant's FMU derives the place from its package name, so that one source
+/// file serves all plants.
 pub type Plant<const PLACE: usize> = <() as PlantAt<PLACE>>::Plant;
 
 /// Maps a place to its plant.
@@ -51,7 +52,7 @@ pub trait PlantAt<const PLACE: usize> {
 /// Returns the position in `plants!` of the plant in this module, for example `heater`.
 ///
 /// # Panics
-/// There is no such plant. In a constant, this is a compile-time error.
+/// No plant has this name. In a constant, this is a compile-time error.
 #[must_use]
 pub const fn place(module: &str) -> usize {
     let mut place = 0;
@@ -79,8 +80,8 @@ const fn is_equal(mut one: &[u8], mut other: &[u8]) -> bool {
 
 macro_rules! loops {
     ($($name:literal),* $(,)?) => {
-        /// Working example loops, each a description as `plcfmu run` reads it: the name of its file in `plants/loops`,
-        /// and the text, whose first line states what the loop demonstrates.
+        /// Working example loops as `plcfmu run` reads them: the name of each file in `plants/loops`, and its text,
+        /// whose first line states what the loop demonstrates.
         pub const LOOPS: &[(&str, &str)] = &[$(($name, include_str!(concat!("../loops/", $name)))),*];
     };
 }

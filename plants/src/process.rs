@@ -214,7 +214,7 @@ blocks::block! {
     memory Memory {
         /// The manipulated values on their way through the dead time.
         u: Delay;
-        /// Both lags, in either part of a cycle.
+        /// Both lags, for each part of a cycle.
         lags: [Lags; 2];
         /// The output of the first lag.
         x1: f64;
@@ -271,7 +271,7 @@ impl Law for Process {
             let target = self.gain * (u - self.u_0);
             let Memory { x1, x2, .. } = self.memory;
             let [x1_after, x2_after] = self.memory.lags[part].step([x1, x2], target, [self.t1, self.t2], duration);
-            // The law itself, integrated: x1 = target - T1 dx1/dt, x2 = x1 - T2 dx2/dt.
+            // The equations of the lags, integrated: x1 = target - T1 dx1/dt, x2 = x1 - T2 dx2/dt.
             pv += target * duration - held(self.t1, x1_after - x1) - held(self.t2, x2_after - x2);
             (self.memory.x1, self.memory.x2) = (x1_after, x2_after);
         }
@@ -279,7 +279,7 @@ impl Law for Process {
     }
 }
 
-/// Returns the part of the integral that a lag holds back while its output changes by `change`.
+/// Returns the part of the integral that a lag retains while its output changes by `change`.
 #[inline(always)]
 fn held(time_constant: f64, change: f64) -> f64 {
     if change == 0.0 { 0.0 } else { time_constant.max(0.0) * change }

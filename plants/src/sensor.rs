@@ -230,11 +230,11 @@ impl Law for Sensor {
     }
 }
 
-/// The noise in a call, with mean 0 and standard deviation 1: the sum of twelve numbers from 0 to 65535, which is exact in
-/// integers.
+/// Returns the noise in a call, with mean 0 and standard deviation 1: a sum of twelve numbers from 0 to 65535, which is
+/// exact in integers.
 fn noise(call: u64, seed: i16) -> f64 {
     const MEAN: i32 = 12 * 65535 / 2;
-    // Twelve times the variance of each, (65536^2 - 1) / 12.
+    // Twelve times the variance of each number, (65536^2 - 1) / 12.
     const VARIANCE: f64 = 65536.0 * 65536.0 - 1.0;
     let numbers = (0..3).flat_map(|part| {
         let bits = scrambled(call.wrapping_mul(3).wrapping_add(part), seed);

@@ -239,7 +239,7 @@ impl Law for Tank {
         let outflow_per_root = opening * (2.0 * G).sqrt();
         let brim = self.height.max(0.0).sqrt();
 
-        // The level is monotonic while the inputs are held: a tank that has filled up within the cycle stays full.
+        // The level is monotonic while the inputs are held: a tank that fills up within the cycle stays full.
         let root = root_after(self.memory.root, inflow, outflow_per_root, self.area, seconds(self.cycle)).min(brim);
         self.memory.root = root;
         self.full = root >= brim && inflow > outflow_per_root * root;
@@ -256,11 +256,12 @@ impl Tank {
     }
 }
 
-/// The root r of the level after `seconds`: `area d(r^2)/dt = inflow - outflow_per_root r`, from the root `start`.
+/// Returns the root r of the level after `seconds`: `area d(r^2)/dt = inflow - outflow_per_root r`, from the root
+/// `start`.
 ///
-/// With the root `steady = inflow / outflow_per_root` at which inflow and outflow are equal, r nears it as
-/// `r = steady + (start - steady) exp(-p)`, where p grows with time by
-/// `steady p + (start - steady) (1 - exp(-p)) = outflow_per_root seconds / (2 area)`.
+/// With the root `steady = inflow / outflow_per_root` at which inflow and outflow are equal, r approaches it as `r =
+/// steady + (start - steady) exp(-p)`, where p grows with time by `steady p + (start - steady) (1 - exp(-p)) =
+/// outflow_per_root seconds / (2 area)`.
 fn root_after(start: f64, inflow: f64, outflow_per_root: f64, area: f64, seconds: f64) -> f64 {
     if area <= 0.0 || area.is_nan() {
         return if inflow > 0.0 || outflow_per_root > 0.0 { inflow / outflow_per_root } else { start };
@@ -271,10 +272,10 @@ fn root_after(start: f64, inflow: f64, outflow_per_root: f64, area: f64, seconds
     }
     let steady = inflow / outflow_per_root;
 
-    // The time for p, without the difference of nearly equal terms for small p. Its slope is the root itself; it curves
-    // upwards while the tank fills and downwards while it empties. Newton's iteration therefore converges from one side
-    // only, if it starts above the solution while the tank fills and below it while the tank empties, and ends where
-    // rounding stops it.
+    // The time for p, without a difference of nearly equal terms for small p. Its slope is the root itself; it curves
+    // upwards while the tank fills and downwards while it empties. Newton's method therefore converges from one side,
+    // without overshoot, if it starts above the solution while the tank fills and below it while the tank empties; it
+    // ends when rounding stops it.
     let time_for = |p: f64| steady * bend(p) + start * -exp_m1(-p);
     let root_for = |p: f64| steady * -exp_m1(-p) + start * exp(-p);
     let fills = start < steady;
@@ -283,7 +284,7 @@ fn root_after(start: f64, inflow: f64, outflow_per_root: f64, area: f64, seconds
         // For p up to 1, p + exp(-p) - 1 is above p^2 / 3, and 1 - exp(-p) above 0.6 p.
         let for_small_p = (3.0 * time / steady).sqrt().min(time / (0.6 * start));
         if for_small_p < f64::EPSILON {
-            // No outflow, or a negligible one: the square of the root grows linearly.
+            // With no or negligible outflow, the square of the root grows linearly.
             return (start * start + inflow * seconds / area).sqrt();
         }
         if for_small_p < 1.0 { asymptote.min(for_small_p) } else { asymptote }

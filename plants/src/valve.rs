@@ -1,4 +1,4 @@
-//! VALVE: a motor-driven valve and the heat exchanger behind it, a plant for CONT_S.
+//! VALVE: a motor-driven valve and the heat exchanger it feeds, a plant for CONT_S.
 
 use crate::dynamics::{Kept, Lags, analog, exp, exp_m1, limited, ln, seconds};
 use blocks::{Characteristic, Law, Response};
@@ -300,11 +300,11 @@ blocks::block! {
         }
     }
     memory Memory {
-        /// The distance that the motor has run into the backlash, from its closing end.
+        /// How far the motor has run into the backlash, from its closing end.
         slack: f64;
         /// The valve's characteristic.
         passage: Kept<3, Passage>;
-        /// The fraction of the full flow at the present stem position.
+        /// The fraction of the full flow at the current stem position.
         share: Kept<4, f64>;
         /// The lags of exchanger and sensor while the stem stands still, before and after it moves.
         lags_at_rest: [Lags; 2];
@@ -314,7 +314,7 @@ blocks::block! {
     }
 }
 
-/// The flow at rest, in steps of 1 %.
+/// The flow at rest over the position, in steps of 1 %.
 const FLOW_OVER_POSITION: Characteristic = Characteristic {
     title: "",
     variable: "POS_START",
@@ -377,15 +377,15 @@ impl Law for Valve {
     }
 }
 
-/// The movement of the motor in a cycle: the stem stands still for `idle` seconds, moves `to` its new position in
-/// `moving` seconds, and stands still for the rest.
+/// The movement of the motor in a cycle: the stem stays still for `idle` seconds, moves `to` its new position in
+/// `moving` seconds, and stays still for the rest.
 struct Run {
     idle: f64,
     moving: f64,
     to: f64,
 }
 
-/// The flow characteristic of the valve at the present pressure.
+/// The flow characteristic of the valve at the current pressure.
 #[derive(Clone, Copy, Debug, Default)]
 struct Passage {
     /// The natural logarithm of CURVE.
@@ -409,7 +409,7 @@ impl Passage {
         characteristic * self.pressure_factor
     }
 
-    /// Returns the slope of that fraction per percent of the position.
+    /// Returns the slope of that fraction, per percent of travel.
     fn slope(self, position: f64) -> f64 {
         let x = position / 100.0;
         let slope = if self.steepness == 0.0 { 1.0 } else { self.steepness * exp(self.steepness * x) / self.full };
@@ -456,7 +456,7 @@ impl Valve {
         self.memory.passage.get_or_compute(settings, |[curve, pres, pres_nom]| Passage::new(curve, pres, pres_nom))
     }
 
-    /// Returns the fraction of the full flow at the present stem position.
+    /// Returns the fraction of the full flow at the current stem position.
     fn flow_share(&mut self) -> f64 {
         let settings = [self.lmnr, self.curve, self.pres, self.pres_nom];
         self.memory.share.get_or_compute(settings, |[position, curve, pres, pres_nom]| {
@@ -464,18 +464,18 @@ impl Valve {
         })
     }
 
-    /// The temperatures of exchanger and sensor after `duration` with the stem standing still, before (0) or after (1) it
-    /// moves.
+    /// Returns the temperatures of exchanger and sensor after the stem has stayed still for `duration`, before (0) or
+    /// after (1) it moves.
     fn exchange_at_rest(&mut self, temperatures: [f64; 2], duration: f64, part: usize) -> [f64; 2] {
         let target = self.t_in + self.rise * self.flow_share();
         self.memory.lags_at_rest[part].step(temperatures, target, [self.hx_tm, self.sens_tm], duration)
     }
 
-    /// The temperatures of exchanger and sensor after the stem has gone `to` a position in `duration`.
+    /// Returns the temperatures of exchanger and sensor after the stem has moved `to` a position in `duration`.
     ///
-    /// The way there is a sequence of small steps of the flow, and exchanger and sensor answer each of them as two lags
-    /// answer a step: the answers add up, to an integral over the time of each step. It is taken at the five Gaussian
-    /// places of parts that are short against the lags and on which the characteristic hardly bends.
+    /// The movement is treated as a sequence of small flow steps. Exchanger and sensor respond to each of them as two
+    /// lags, and the responses add up to an integral over the time of the step. It is evaluated by five-point Gaussian
+    /// quadrature over parts that are short compared to the lags and over which the characteristic is nearly straight.
     fn exchange_while_moving(&mut self, mut temperatures: [f64; 2], to: f64, duration: f64) -> [f64; 2] {
         const PLACES_AND_WEIGHTS: [(f64, f64); 5] = [
             (0.046_910_077_030_668, 0.118_463_442_528_094_54),

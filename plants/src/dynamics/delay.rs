@@ -5,11 +5,11 @@ use blocks::table::abreast::{LANES, Lane};
 use blocks::{LReal, Stored, Time};
 use std::array::from_fn;
 
-/// Transport delay of a signal that is held for a cycle: what goes in comes out `delay` seconds later, exactly.
+/// Transport delay of a signal that is held for a cycle: the input appears at the output exactly `delay` seconds later.
 ///
 /// If the delay is not a multiple of the cycle, the output changes within the cycle: it has two parts, and the plant
-/// after it is solved for one part and then the other. The delay may change from cycle to cycle, from 0 to the longest
-/// that [`Delay::new`] was given; then values on their way arrive as if the new delay had always applied.
+/// after it is solved for one part and then the other. The delay may change from cycle to cycle, from 0 to the maximum
+/// passed to [`Delay::new`]; values in transit then arrive as if the new delay had always applied.
 ///
 /// ```
 /// use blocks::Time;
@@ -30,7 +30,7 @@ pub struct Delay {
     next: u32,
     /// The position of the output, behind the input.
     back: Kept<3, Back>,
-    /// The ends of the line, which replace it in a lane.
+    /// The ends of the line, which represent it in a lane.
     ends: Option<Ends>,
 }
 
@@ -39,7 +39,7 @@ pub struct Delay {
 struct Back {
     /// The number of whole cycles.
     cycles: usize,
-    /// The part of the present cycle, in seconds, in which the output is one cycle older, and the rest of the cycle.
+    /// The part of the current cycle in which the output is one cycle older, and the rest of the cycle, in seconds.
     durations: [LReal; 2],
     /// Whether the output in either part is the input itself.
     is_input: [bool; 2],
@@ -47,7 +47,7 @@ struct Back {
 
 blocks::lane!(Back { cycles: usize, durations: [LReal; 2], is_input: [bool; 2] });
 
-/// The ends of a line, which are all that a call needs of it.
+/// The ends of a line: all that a call needs of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ends {
     /// The longest delay in cycles.
@@ -61,8 +61,8 @@ struct Ends {
 blocks::lane!(Ends { longest: LReal, out: [LReal; 2], input: LReal });
 
 impl Delay {
-    /// The maximum delay in cycles, which takes 8 MB of memory. A longer one is cut to it; [`Delay::check`] reports
-    /// this beforehand.
+    /// The maximum delay in cycles, which takes 8 MB of memory. A longer delay is truncated to it; [`Delay::check`]
+    /// reports this beforehand.
     pub const LONGEST: u32 = 1_000_000;
 
     /// Creates a delay line for delays of up to `longest` seconds, rounded up to whole cycles, filled with `past`. This
@@ -72,7 +72,7 @@ impl Delay {
         Delay { line: vec![past; length], ..Delay::default() }
     }
 
-    /// Checks, for [`Law::check`](blocks::Law::check), that there is memory for delays of up to `longest` seconds.
+    /// Checks, for [`Law::check`](blocks::Law::check), that delays of up to `longest` seconds fit in memory.
     ///
     /// # Errors
     /// A sentence that names the parameter, its value and the remedy.
@@ -91,7 +91,7 @@ impl Delay {
     /// Accepts the input of this cycle and returns the output during it: two pairs of a duration in seconds and the
     /// value for that duration. Either duration may be 0; their sum is the cycle. Allocates nothing.
     ///
-    /// A delay within a billionth of a cycle of a whole number of cycles counts as that number. A line not created by
+    /// A delay within a billionth of a cycle of a whole number of cycles is rounded to it. A line not created by
     /// [`Delay::new`] has no delay.
     #[inline(always)]
     pub fn step(&mut self, input: LReal, delay: LReal, cycle: Time) -> [(LReal, LReal); 2] {
@@ -146,7 +146,7 @@ impl Back {
     /// `now`.
     #[inline(always)]
     fn places(self, now: usize, length: usize) -> [usize; 2] {
-        // A delay of the whole line has no older part: `cycles + 1` then wraps around, for a duration of 0.
+        // A delay as long as the line has no older part: `cycles + 1` then wraps around, for a duration of 0.
         [self.cycles + 1, self.cycles].map(|back| if back > now { now + length - back } else { now - back })
     }
 
@@ -160,7 +160,7 @@ impl Back {
     }
 }
 
-/// Converts a delay into cycles without the rounding error of the division: 0.3 s are 3 cycles of 0.1 s, not
+/// Converts a delay into cycles without the rounding error of the division: 0.3 s is 3 cycles of 0.1 s, not
 /// 2.9999999999999996.
 fn cycles(delay: LReal, cycle: Time) -> LReal {
     const ROUNDING: LReal = 1e-9;
@@ -184,7 +184,8 @@ impl Stored for Delay {
     }
 }
 
-/// Delays in lanes: the complete lines one by one, and the values that a steady call needs variable by variable.
+/// Delays in lanes: the lines are stored whole, and the values that a steady call needs are stored variable by
+/// variable.
 pub struct Lanes {
     delays: [Delay; LANES],
     back: <Kept<3, Back> as Lane>::Lanes,

@@ -3,8 +3,8 @@
 use blocks::table::abreast::Lane;
 use blocks::{LReal, Stored};
 
-/// A value computed from numbers, and recomputed only when one of them has changed: for functions such as `exp` of
-/// settings, which stay the same for most of a run.
+/// A value computed from numbers and recomputed only when one of them has changed: for functions such as `exp` of
+/// settings, which rarely change during a run.
 ///
 /// It always equals the recomputed value, so it is not part of a saved state: after a state has been restored, it is
 /// recomputed on its next use.
@@ -21,27 +21,28 @@ use blocks::{LReal, Stored};
 pub struct Kept<const N: usize, T> {
     from: [LReal; N],
     value: T,
-    /// Whether there is a value.
+    /// Whether a value has been computed.
     is_there: bool,
-    /// Whether it is in a lane. There it computes nothing and says afterwards whether its value was that of the numbers.
+    /// Whether the cache is in a lane. There it computes nothing, and reports afterwards whether its value belonged to
+    /// the numbers.
     is_in_lane: bool,
-    /// Whether the value in a lane was that of other numbers.
+    /// Whether the value in a lane belonged to other numbers.
     is_stale: bool,
 }
 
 impl<const N: usize, T: Copy> Kept<N, T> {
-    /// Returns the result of `compute` for these numbers. `compute` is a plain function, so that it depends on nothing
-    /// else; always pass the same function for a given instance.
+    /// Returns the result of `compute` for these numbers. `compute` is a plain function, so it depends on nothing else;
+    /// always pass the same function for a given instance.
     #[inline(always)]
     pub fn get_or_compute(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
         self.get_if(true, numbers, compute).unwrap_or(self.value)
     }
 
-    /// Like [`Kept::get_or_compute`] where the value `is_needed`. Elsewhere returns `None`, or any value.
+    /// Like [`Kept::get_or_compute`] if the value `is_needed`; otherwise returns `None` or an arbitrary value.
     #[inline(always)]
     pub(super) fn get_if(&mut self, is_needed: bool, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> Option<T> {
         if self.is_in_lane {
-            // Without a branch, so that the compiler can vectorize it.
+            // No branch, so that the compiler can vectorize it.
             let is_kept = (0..N).fold(self.is_there, |is_kept, place| is_kept & self.is_same(place, numbers));
             self.is_stale |= is_needed & !is_kept;
             return Some(self.value);
@@ -61,7 +62,7 @@ impl<const N: usize, T: Copy> Kept<N, T> {
 
     #[inline(always)]
     fn is_same(&self, place: usize, numbers: [LReal; N]) -> bool {
-        // Compared as bits, NaN equals itself, and -0 differs from 0.
+        // Bitwise comparison: NaN equals itself, and -0 differs from 0.
         self.from[place].to_bits() == numbers[place].to_bits()
     }
 
@@ -80,7 +81,7 @@ impl<const N: usize, T: Default> Default for Kept<N, T> {
     }
 }
 
-/// The cache is derived data: it is ignored when blocks are compared.
+/// The cache is derived data and ignored when blocks are compared.
 impl<const N: usize, T> PartialEq for Kept<N, T> {
     fn eq(&self, _: &Self) -> bool {
         true
