@@ -169,7 +169,7 @@ impl Axes {
                         let is_of = |axis: &usize| axes.coordinates(*axis).contains(&other);
                         let other = (0..axes.axes.len()).find(is_of).unwrap_or_default();
                         let label = study.axes[other].label(other);
-                        bail!("{} is varied by {label} too: keep it in only one of them", target.coordinate().name);
+                        bail!("{} is also varied by {label}: keep it in only one of them", target.coordinate().name);
                     }
                 }
                 let values = values(axis, &targets, &mut distributions)?;
@@ -204,7 +204,7 @@ impl Axes {
     /// # Panics
     /// The run does not exist.
     pub(crate) fn point(&self, run: u64) -> Vec<f64> {
-        assert!(run < self.count, "there are {} runs, there is no run {run}", self.count);
+        assert!(run < self.count, "run {run} does not exist: the study has {} runs", self.count);
         let (grid, sample) = (run / self.samples, run % self.samples);
         let mut point = Vec::with_capacity(self.targets.len());
         for axis in &self.axes {
@@ -257,7 +257,7 @@ impl Axes {
             if let Some((target, value)) = outside {
                 let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
                 warnings.push(format!(
-                    "{}: values such as {} = {} are outside of the range that the FMU declares, {} to {}",
+                    "{}: values such as {} = {} are outside the range that the FMU declares, {} to {}",
                     study.axes[number].label(number),
                     target.name,
                     short(value),
@@ -356,7 +356,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
             None => found.variable.start,
         };
         match base {
-            None => bail!("{name} has no start value that factors could multiply: set it in the loop"),
+            None => bail!("{name} has no start value to multiply by factors: set it in the loop"),
             Some(0.0) => bail!(
                 "{name} is 0 in the loop, so any factor leaves it 0: omit relative, or set another value in the loop"
             ),

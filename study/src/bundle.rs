@@ -74,7 +74,7 @@ pub fn open(path: &Path) -> Result<Reading> {
     struct Versioned {
         version: u32,
     }
-    let again = "make the bundle again with plcfmu study STUDY.toml --bundle";
+    let again = "create the bundle again with plcfmu study STUDY.toml --bundle";
     let version: Versioned = serde_json::from_slice(&text).with_context(|| format!("{shown} is not a bundle"))?;
     ensure!(version.version == VERSION, "{shown} has the format {}, not {VERSION}: {again}", version.version);
     let content: Content = serde_json::from_slice(&text)
@@ -84,7 +84,7 @@ pub fn open(path: &Path) -> Result<Reading> {
         member.path = path.with_file_name("").join(&member.path);
     }
     if fingerprint(&job)? != content.fingerprint {
-        bail!("{shown} has changed since it was made, or was made by another version of plcfmu: {again}");
+        bail!("{shown} has changed since it was created, or was created by another version of plcfmu: {again}");
     }
     Ok(Reading {
         name: content.name,
@@ -142,6 +142,6 @@ mod tests {
         assert_ne!(fingerprint(&opened).unwrap(), fingerprint(&job).unwrap());
         fs::write(&opened.system.members[0].path, "another FMU").unwrap();
         let error = open(&moved.join("study.json")).unwrap_err().to_string();
-        assert!(error.contains("has changed since it was made"), "{error}");
+        assert!(error.contains("has changed since it was created"), "{error}");
     }
 }

@@ -59,7 +59,7 @@ impl Study {
             if self.samples > SOBOL_SAMPLES {
                 bail_at!(
                     "samples",
-                    "samples = {}: a Sobol sequence has {SOBOL_SAMPLES} at most; use fewer, or sampling = \
+                    "samples = {}: a Sobol sequence has at most {SOBOL_SAMPLES}; use fewer, or sampling = \
                      \"latin_hypercube\"",
                     self.samples
                 );
@@ -67,7 +67,7 @@ impl Study {
             if distributions > most {
                 bail_at!(
                     "sampling",
-                    "{distributions} axes have distributions: a Sobol sequence has {most} at most; use fewer, or \
+                    "{distributions} axes have distributions: a Sobol sequence has at most {most}; use fewer, or \
                      sampling = \"latin_hypercube\""
                 );
             }
@@ -94,7 +94,7 @@ impl Study {
                     .collect();
                 bail_at!(
                     "axes",
-                    "the axes span {} runs, but a study has {MOST_RUNS} at most: use fewer values or samples",
+                    "the axes span {} runs, but a study has at most {MOST_RUNS}: use fewer values or samples",
                     factors.join(" x ")
                 )
             }
@@ -120,7 +120,7 @@ impl Study {
         let (own, first) = (axis.along.length(), other.along.length());
         if own != first {
             bail!(
-                "it has {}, and {} of the same group has {first}: give both the same number",
+                "it has {}, but {} of the same group has {first}: give both the same number",
                 counted(own as usize, "value"),
                 other.label(leader)
             );
@@ -313,7 +313,7 @@ impl Along {
                 match Distribution::new(self) {
                     Some(Distribution::Truncated { share, .. }) if share <= 0.0 => bail!(
                         "normal: min and max leave nothing of the distribution, whose mean is {mean:?} and deviation {deviation:?}: \
-                         give bounds nearer to the mean"
+                         give bounds closer to the mean"
                     ),
                     _ => Ok(()),
                 }

@@ -41,7 +41,10 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
         let mut add = || {
             let [first, second] = [find(of, &of.variables[0])?, find(of, &of.variables[1])?];
             let names = of.variables.join(" and ");
-            ensure!(first != second, "correlations: {names} belong to the same axis: name variables of two axes");
+            ensure!(
+                first != second,
+                "correlations: {names} belong to the same axis: name variables of two different axes"
+            );
             ensure!(
                 of.rank > -1.0 && of.rank < 1.0,
                 "correlations: {names}: rank = {:?}: give a number above -1 and below 1",

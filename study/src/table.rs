@@ -100,7 +100,7 @@ impl Given {
         let mut known = BTreeMap::new();
         for (name, place) in names.iter().zip(&places) {
             if let Some(before) = known.insert(name, place) {
-                bail!("{place}: {name:?} is the name of the loop at {before} too: give each loop a unique name");
+                bail!("{place}: {name:?} is also the name of the loop at {before}: give each loop a unique name");
             }
         }
         let variables = variables.into_iter().map(|(name, _)| name).collect();
@@ -160,7 +160,7 @@ fn of_parameters(
     let Some(first) = loops.first() else {
         bail!(
             "{shown} has loops of {blocks}, but none for the FMU {fmu}: name the FMU of these loops with fmu = \
-             \"NAME\", or take another file"
+             \"NAME\", or use another file"
         )
     };
     let mut remarks = remarks(&reading);

@@ -71,7 +71,7 @@ impl Tuning {
         let count = experiment.count();
         ensure!(
             count <= MOST_PLANTS,
-            "the axes span {count} plants: a search accepts {MOST_PLANTS} at most; use fewer samples or shorter lists"
+            "the axes span {count} plants: a search accepts at most {MOST_PLANTS}; use fewer samples or shorter lists"
         );
         let varied = experiment.coordinates.len() - tune.search.len();
         let plants: Vec<Vec<f64>> = (0..count).map(|run| experiment.point(run)[..varied].to_vec()).collect();

@@ -141,7 +141,7 @@ pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
     let bytes =
         STANDARD.decode(&file.content).with_context(|| format!("the content of {} is not Base64", file.file))?;
     let format = Format::of_file(&file.file);
-    let format = format.with_context(|| format!("{}: the extension is not that of a parameter file", file.file))?;
+    let format = format.with_context(|| format!("{}: this is not the extension of a parameter file", file.file))?;
     let options = Options { block: file.block.clone(), name: file.name.clone(), ..Options::default() };
     Ok((format, Source::new(file.file.as_str(), bytes), options))
 }
@@ -175,7 +175,7 @@ pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     if Format::of_file(&file.file).is_none() {
         let endings: Vec<String> =
             Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
-        let message = format!("{}: the extension is not that of a parameter file", file.file);
+        let message = format!("{}: this is not the extension of a parameter file", file.file);
         return Ok(refused(message, Some(format!("parameter files end in {}", endings.join(", ")))));
     }
     let (format, source, options) = opened(file)?;

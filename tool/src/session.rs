@@ -333,7 +333,7 @@ impl Session {
         };
         let mut all = self.earlier.iter().chain(present);
         all.find(|record| record.number == run)
-            .with_context(|| format!("no run {run}: the present one and the {EARLIER} before it are kept"))
+            .with_context(|| format!("no run {run}: only the present one and the {EARLIER} before it are kept"))
     }
 
     /// Sets variables before the next call.
@@ -546,7 +546,7 @@ impl Present {
     fn check_room(&self, more: usize) -> Result<()> {
         let coming: usize = self.ramps.values().map(|ramp| ramp.first + ramp.calls - self.run.steps()).sum();
         if self.record.done.len() + coming + more > MOST_EVENTS {
-            bail!("a run can have {MOST_EVENTS} events at most: start again, or use shorter ramps");
+            bail!("a run can have at most {MOST_EVENTS} events: start again, or use shorter ramps");
         }
         Ok(())
     }

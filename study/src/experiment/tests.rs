@@ -77,7 +77,7 @@ fn axes_of_a_group_go_together_and_the_others_span_a_grid_with_them() {
     let uneven = vec![axes[0].clone(), grouped("C.SP", &[5.0])];
     assert!(
         error(uneven)
-            .contains("it has 1 value, and axis 1 (C.GAIN) of the same group has 2: give both the same number")
+            .contains("it has 1 value, but axis 1 (C.GAIN) of the same group has 2: give both the same number")
     );
     let uniform = || Along::Uniform { min: 1.0, max: 2.0 };
     let drawn = Axis { group: Some("x".into()), ..axis("C.SP", uniform()) };
@@ -335,7 +335,7 @@ fn a_variable_that_cannot_be_varied_says_why() {
         assert_eq!(error(&job(vec![axis])), expected);
     }
     let twice = job(vec![axis("C.GAIN", one()), axis("C.TI", one()), axis("C.GAIN", one())]);
-    assert_eq!(error(&twice), "axis 3 (C.GAIN): C.GAIN is varied by axis 1 (C.GAIN) too: keep it in only one of them");
+    assert_eq!(error(&twice), "axis 3 (C.GAIN): C.GAIN is also varied by axis 1 (C.GAIN): keep it in only one of them");
 }
 
 #[test]
@@ -355,13 +355,13 @@ fn samples_and_runs_have_bounds() {
     job.study = Study { samples: 70_000, sampling: Sampling::Sobol, ..job.study };
     assert_eq!(
         error(&job),
-        "samples = 70000: a Sobol sequence has 65536 at most; use fewer, or sampling = \"latin_hypercube\""
+        "samples = 70000: a Sobol sequence has at most 65536; use fewer, or sampling = \"latin_hypercube\""
     );
     let range = Along::Range { from: 1.0, to: 2.0, count: 20_000, logarithmic: false };
     job.study = Study { sampling: Sampling::Random, axes: vec![uniform(), axis("C.TI", range)], ..job.study };
     assert_eq!(
         error(&job),
-        "the axes span 20000 x 70000 runs, but a study has 1000000000 at most: use fewer values or samples"
+        "the axes span 20000 x 70000 runs, but a study has at most 1000000000: use fewer values or samples"
     );
     job.study.axes = vec![axis("C.GAIN", values(&[1.0]))];
     assert_eq!(
@@ -391,7 +391,7 @@ fn values_outside_of_the_declared_range_are_a_warning_for_each_axis() {
         axis("C.CYCLE", values(&[0.5])),
     ]);
     let warning =
-        "axis 1 (C.SP): values such as C.SP = 160 are outside of the range that the FMU declares, -100.0 to 100.0";
+        "axis 1 (C.SP): values such as C.SP = 160 are outside the range that the FMU declares, -100.0 to 100.0";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     // Settings that the axis replaces are ignored; other settings of the loop are not.
     job.system.settings.push("C.SP=-500@30".parse().unwrap());

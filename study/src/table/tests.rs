@@ -45,7 +45,7 @@ fn a_variable_whose_values_have_units_is_refused_and_not_left_out() {
 fn two_loops_have_two_names() {
     assert_eq!(
         error("loop,P.GAIN\nTIC1,1\nTIC2,2\nTIC1,3\n"),
-        "loops.csv:4:1: \"TIC1\" is the name of the loop at loops.csv:2:1 too: give each loop a unique name"
+        "loops.csv:4:1: \"TIC1\" is also the name of the loop at loops.csv:2:1: give each loop a unique name"
     );
 }
 

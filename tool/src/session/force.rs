@@ -98,7 +98,7 @@ impl Wired {
         let value = fitting(table, &reference, name, value)?;
         let row = table.and_then(|table| table.rows.iter().find(|row| row.name == reference.variable.name));
         let row = row.with_context(|| {
-            format!("{name} cannot be forced: it belongs to an FMU, of which only inputs can be set")
+            format!("{name} cannot be forced: it belongs to a foreign FMU, where only inputs can be set")
         })?;
         let held = to_value(value, row.kind).map_err(|range| anyhow::anyhow!("{name} = {value:?}: {range}"))?;
         let (kind, reference, member) = (reference.kind, reference.variable.value_reference, reference.member);
