@@ -394,7 +394,7 @@ fn a_file_without_a_block_and_one_that_is_no_text_are_refused() {
     for bytes in [no_mark, b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec()] {
         let errors = compile(&[Source::new("a.scl", bytes)], &Options::default()).unwrap_err();
         let errors = lines(&errors);
-        let says = "this is not a text: it has a character 0; save the source as text in UTF-8";
+        let says = "this is not text: it contains a null character; save the source as text in UTF-8";
         assert!(errors.len() == 1 && errors[0].contains(says), "{errors:#?}");
     }
 }
@@ -404,13 +404,13 @@ fn typical_slips_are_told_as_what_they_are() {
     let all = |statements: &str| told(&program("", statements).0, None).0.join("\n");
     let line = program("", "").1;
     for (statements, says) in [
-        ("#i = 1;", "this compares, and the result is not used; write := to assign".to_string()),
+        ("#i = 1;", "this comparison has no effect; write := to assign".to_string()),
         ("IF #i == 1 THEN ; END_IF;", "SCL has no ==; = compares, := assigns".into()),
         ("IF #flag THEN ; ELSEIF #flag THEN ; END_IF;", "SCL has no ELSEIF; write ELSIF".into()),
-        ("#i := 1;\nIF #flag THEN\n#i := 2;", format!("the IF in line {} is not closed", line + 1)),
-        ("CASE #i OF\n1: #i := 2;", format!("the CASE in line {line} is not closed")),
-        ("WHILE #flag DO\n#i := 2;", format!("the WHILE in line {line} is not closed")),
-        ("FOR #i := 1 TO 3 DO\n;", format!("the FOR in line {line} is not closed")),
+        ("#i := 1;\nIF #flag THEN\n#i := 2;", format!("the IF on line {} is not closed", line + 1)),
+        ("CASE #i OF\n1: #i := 2;", format!("the CASE on line {line} is not closed")),
+        ("WHILE #flag DO\n#i := 2;", format!("the WHILE on line {line} is not closed")),
+        ("FOR #i := 1 TO 3 DO\n;", format!("the FOR on line {line} is not closed")),
     ] {
         let found = all(statements);
         assert!(found.contains(&says) && found.lines().count() == 1, "{statements}\n{found}");
@@ -433,7 +433,7 @@ fn an_argument_that_a_function_does_not_have_is_refused() {
 
 #[test]
 fn a_comment_in_a_comment_is_read_to_its_end_with_a_warning() {
-    let warning = "a comment in a comment";
+    let warning = "a nested comment";
     warned("#i := 1; (* a (* b *) #i := ; *)", warning);
     // In hand-written code that closes the comment only once, the inner mark is text.
     silent("#i := 1; (* a (* b *) #flag := TRUE;");

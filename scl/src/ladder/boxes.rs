@@ -89,7 +89,7 @@ impl Lowerer<'_> {
             let (message, help) = if pin != "ELSE" && selected(&pin).is_none() {
                 (format!("{} has no pin {}", element.name, pin.to_lowercase()), "draw it again")
             } else if self.is_awaited(&(number, pin.clone())) {
-                let message = format!("{}: {} leads to another element", element.name, pin.to_lowercase());
+                let message = format!("{}: {} is wired to another element", element.name, pin.to_lowercase());
                 (message, "write it to a variable, which keeps its value while K selects another output")
             } else {
                 continue;

@@ -267,7 +267,7 @@ impl Lowerer<'_> {
         self.report.error(
             element.span,
             message,
-            Some("use the first one to be changed, such as #bits[0] or #word.%X0"),
+            Some("specify the first bit to be changed, such as #bits[0] or #word.%X0"),
         );
     }
 
@@ -324,7 +324,7 @@ impl Lowerer<'_> {
         let span = element.span;
         let Some(count) = self.whole(count).filter(|count| *count <= MOST_BITS_OF_A_WORD) else {
             let message = format!(
-                "{}: the number of bits of a word is not a constant from 1 to {MOST_BITS_OF_A_WORD}",
+                "{}: the number of bits in a word must be a constant from 1 to {MOST_BITS_OF_A_WORD}",
                 element.name
             );
             self.report.error(span, message, Some("enter a number"));

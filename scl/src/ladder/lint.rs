@@ -76,7 +76,7 @@ impl Lint<'_> {
                     None => drop(first.insert(name, network)),
                     Some(before) => {
                         let message =
-                            format!("a coil in network {} writes the same variable: this one counts", before.number);
+                            format!("a coil in network {} writes the same variable: this one wins", before.number);
                         let help =
                             "write it once, with all conditions in front of one coil; or use set and reset coils";
                         report.warning(element.span, message, Some(help));
@@ -94,10 +94,10 @@ impl Lint<'_> {
                     None => drop(first.insert(name, network)),
                     Some(before) => {
                         let message = format!(
-                            "the memory bit of this edge is that of an edge in network {}, too: edges are lost or doubled",
+                            "this edge shares its memory bit with an edge in network {}: edges are lost or doubled",
                             before.number
                         );
-                        report.warning(element.span, message, Some("give each edge a bit of its own"));
+                        report.warning(element.span, message, Some("use a separate bit for each edge"));
                     }
                 }
             }
@@ -113,7 +113,7 @@ impl Lint<'_> {
                 left = None;
             }
             if let Some(before) = left {
-                let message = format!("this network never runs: network {before} leaves or jumps without a condition");
+                let message = format!("this network never runs: network {before} returns or jumps unconditionally");
                 let place = network_title(self.owner, network);
                 report.warning(network.span, format!("{place}: {message}"), Some("delete it, or give it a label"));
                 continue;
@@ -169,10 +169,10 @@ impl Lint<'_> {
                     }
                     let (which, where_) = if *reader < writer { ("old", "before") } else { ("new", "after") };
                     let message = format!(
-                        "it reads the {which} value of a variable that {} of the same network writes: it comes {where_} it",
+                        "this reads the {which} value of a variable written by {} in the same network, because it runs {where_} it",
                         network.elements[writer].name
                     );
-                    report.warning(element.span, message, Some("put the two into networks of their own"));
+                    report.warning(element.span, message, Some("put the two into separate networks"));
                 }
             }
         }

@@ -157,7 +157,7 @@ impl Lowerer<'_> {
         let (any, circles) = each_after_its_needs(0..elements.len(), &needed);
         for number in circles {
             let message = "the wires form a cycle: this element depends on its own result";
-            let help = "put a variable between: a coil writes it, a contact reads it";
+            let help = "put a variable in between: a coil writes it, a contact reads it";
             self.report.error(elements[number].span, message, Some(help));
         }
         // The elements that an element needs execute in the order of the network, not of its pins; a junction is placed
@@ -238,7 +238,7 @@ impl Lowerer<'_> {
         let value = self.input(element, pin);
         if value.is_none() {
             let message = format!("{} has no {}", element.name, pin.to_lowercase());
-            self.report.error(element.span, message, Some("enter a variable in its place"));
+            self.report.error(element.span, message, Some("enter a variable there"));
         }
         let span = element.span;
         value.map(|value| self.expression(&value, span))

@@ -158,7 +158,7 @@ fn circles_entities_and_deep_elements_are_refused() {
         (dtd, "a document type definition (DTD) is not supported: remove it"),
         (deep, "elements are nested more than 64 deep"),
         ("<Document />".into(), "no block is declared here"),
-        ("<html></html>".into(), "the root element is `html`, not Document: this is not an export of a block"),
+        ("<html></html>".into(), "the root element is `html`, not Document: this is not a block export"),
     ] {
         let errors = compile(&[Source::new("b.xml", text.into_bytes())], &Options::default()).unwrap_err();
         assert_eq!(errors[0].problems[0].message, message);

@@ -471,7 +471,7 @@ fn a_slice_in_tokens_and_an_unknown_element() {
     assert_eq!([0x0200, 0x0100].map(|word| ran.set("w", word).call().get("y")), [1, 0]);
     let block = xml::block("FB", "Pump", &sections, vec![Net::of_source("", &text("<Inverted />"))], "LAD");
     let errors = compiled(&[("pump.xml", block)]).unwrap_err();
-    assert_eq!(errors[0].problems[0].message, "FB Pump, network 1: `Inverted` is not read in a statement");
+    assert_eq!(errors[0].problems[0].message, "FB Pump, network 1: `Inverted` is not supported in a statement");
 }
 
 /// Unsupported elements are rejected by name, with block, network and element, and other errors are still reported.
@@ -489,7 +489,7 @@ fn errors_name_block_network_and_element() {
     assert_eq!(
         messages,
         [
-            "FB Pump, network 1 \"Old\": this network is in STL, which is not read",
+            "FB Pump, network 1 \"Old\": this network is in STL, which is not supported",
             "FB Pump, network 2 \"Start\": Contact #nothing: #nothing is not declared in this block"
         ]
     );

@@ -77,7 +77,7 @@ fn a_network_in_a_language_that_is_not_read_is_named_and_the_others_are_checked(
     assert_eq!(
         errors.lines().collect::<Vec<_>>(),
         [
-            "T.s7dcl:37:5: FB Tank, network 1 \"Valve and mean\": a network in STL is not read; write it in LAD, FBD or SCL, or leave its file out",
+            "T.s7dcl:37:5: FB Tank, network 1 \"Valve and mean\": networks in STL are not supported; write it in LAD, FBD or SCL, or leave its file out",
             "T.s7dcl:50:23: FB Tank, network 2: #nothing is not declared in this block",
         ]
     );
@@ -91,10 +91,10 @@ fn what_is_wrong_has_block_network_line_and_column() {
     };
     assert_eq!(
         of("#mean := (", "#mean = ("),
-        "T.s7dcl:50:13: FB Tank, network 2: this compares, and the result is not used; write := to assign\n"
+        "T.s7dcl:50:13: FB Tank, network 2: this comparison has no effect; write := to assign\n"
     );
     assert!(of("    END_NETWORK\nEND_FUNCTION_BLOCK", "END_FUNCTION_BLOCK").starts_with(
-        "T.s7dcl:52:1: FB Tank, network 2: expected END_NETWORK, found `END_FUNCTION_BLOCK`; the NETWORK in line 48 is not closed\n"
+        "T.s7dcl:52:1: FB Tank, network 2: expected END_NETWORK, found `END_FUNCTION_BLOCK`; the NETWORK on line 48 is not closed\n"
     ));
     assert_eq!(of("_.Sample", "_.5").lines().next(), Some("T.s7dcl:26:41: expected a name, found `5`"));
     let starts =

@@ -24,7 +24,7 @@ fn errors_of_networks_name_the_place() {
         ),
         (
             "RUNG wire#w1 wire#w2 Coil( #y ) END_RUNG RUNG wire#w2 END_RUNG wire#w1",
-            "B.s7dcl:8:47: FB B, network 1 \"Start\": wire#w2 leads to itself; put a variable between",
+            "B.s7dcl:8:47: FB B, network 1 \"Start\": wire#w2 leads to itself; put a variable in between",
         ),
         (
             "RUNG A( in2 := #a ) Coil( #y ) END_RUNG",
@@ -32,7 +32,7 @@ fn errors_of_networks_name_the_place() {
         ),
         (
             "RUNG wire#powerrail Contact( NOT #a ) Coil( #y ) END_RUNG",
-            "B.s7dcl:8:30: FB B, network 1 \"Start\": Contact ...: an operand is not negated with NOT; use I_Contact or I_Coil",
+            "B.s7dcl:8:30: FB B, network 1 \"Start\": Contact ...: an operand cannot be negated with NOT; use I_Contact or I_Coil",
         ),
         (
             "RUNG wire#powerrail Contact( #a ) Switch( k := #i, EQ 3 => one, else => two ) END_RUNG",
@@ -52,7 +52,7 @@ fn errors_of_networks_name_the_place() {
         ),
         (
             "RUNG wire#powerrail Contact( #a ) #m.S_SR( r1 := #r, s := #b ) END_RUNG",
-            "B.s7dcl:8:35: FB B, network 1 \"Start\": S_SR #m: both the flow and a value lead to s; leave one of them out",
+            "B.s7dcl:8:35: FB B, network 1 \"Start\": S_SR #m: both the flow and a value are connected to s; remove one of them",
         ),
         (
             "RUNG Coil( #y ) END_RUNG",

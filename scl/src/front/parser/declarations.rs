@@ -204,7 +204,7 @@ impl Parser<'_> {
                 "CONST" => SectionKind::Constant,
                 "VAR_CONSTANT" if self.document.is_some() => SectionKind::Constant,
                 _ => {
-                    let message = format!("{word} is not a section of a block");
+                    let message = format!("{word} is not a valid section of a block");
                     self.refuse(at, &message, Some("declare the variable in a data block"))?
                 }
             };

@@ -75,6 +75,6 @@ impl Parser<'_> {
     /// Parses with `read` and rejects anything that follows.
     fn whole<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         let read = read(self)?;
-        if self.is_end() { Ok(read) } else { self.fail("nothing more") }
+        if self.is_end() { Ok(read) } else { self.fail("the end") }
     }
 }

@@ -35,7 +35,11 @@ pub(crate) fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
 pub(crate) fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, report: &mut Report) -> Tree {
     if let Some(at) = text.find('\0') {
         let at = at as u32;
-        report.error(Span { file, start: at, end: at + 1 }, "this is not a text: it has a character 0", Some(SAVE));
+        report.error(
+            Span { file, start: at, end: at + 1 },
+            "this is not text: it contains a null character",
+            Some(SAVE),
+        );
         return Tree::default();
     }
     let tree = Tree { may_set_eno: may_set_eno(text), ..Tree::default() };
@@ -53,7 +57,7 @@ pub(crate) fn may_set_eno(text: &str) -> bool {
 fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a mut Report) -> Parser<'a> {
     let Tokens { tokens, comments, attributes, unclosed, nested } = tokens(text, from, file);
     for span in nested {
-        report.warning(span, "a comment in a comment: what follows its end is read as comment, too", Some(NESTED));
+        report.warning(span, "a nested comment: the text after its end is part of the outer comment", Some(NESTED));
     }
     if let Some(span) = unclosed {
         let (what, help) = match text[span.range()].as_bytes() {
@@ -62,7 +66,7 @@ fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a 
             [b'(', b'/', ..] => ("this comment", "close it with */)"),
             _ => ("this comment", "close it with *)"),
         };
-        report.error(span, format!("{what} does not end"), Some(help));
+        report.error(span, format!("{what} is not closed"), Some(help));
     }
     let most = report.errors() + MOST_ERRORS;
     Parser {
@@ -206,7 +210,7 @@ impl<'a> Parser<'a> {
                 "the end of the file".to_string()
             }
             Kind::Unknown if self.text_of(token).starts_with(['\'', '"', '#']) && token.span.range().len() > 1 => {
-                return self.refuse(token.span, "this text or name does not end in its line", None);
+                return self.refuse(token.span, "this string or name is not closed on its line", None);
             }
             Kind::Symbol if self.text_of(token) == "=" && &self.text[self.before().range()] == "=" => {
                 return self.refuse(token.span, "SCL has no ==", Some("= compares, := assigns"));
@@ -230,7 +234,7 @@ impl<'a> Parser<'a> {
     /// Parses with `parse` one nesting level deeper.
     pub(crate) fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.depth == DEEPEST {
-            let message = format!("more than {DEEPEST} levels are nested here");
+            let message = format!("more than {DEEPEST} levels of nesting");
             // Anything after this would be parsed at the wrong depth.
             self.most = self.report.errors() + 1;
             return self.refuse(self.span(), &message, Some("move the inner part to a variable or a function"));
@@ -291,7 +295,7 @@ impl<'a> Parser<'a> {
 }
 
 /// Advice for a nested comment.
-const NESTED: &str = "editions of TIA Portal differ here: end the first one before the second begins";
+const NESTED: &str = "versions of TIA Portal differ here: close the outer comment before the inner one begins";
 
 /// A name without `#` and quotation marks.
 fn bare(name: &str) -> &str {

@@ -46,7 +46,7 @@ impl Parser<'_> {
         }
         let line = self.text[..begin.start as usize].matches('\n').count() + 1;
         let what = word.trim_start_matches("END_");
-        self.fail_with(word, Some(&format!("the {what} in line {line} is not closed")))
+        self.fail_with(word, Some(&format!("the {what} on line {line} is not closed")))
     }
 
     /// Parses statements up to a word that ends them or, in CASE, to the next label.
@@ -195,7 +195,7 @@ impl Parser<'_> {
                     let Expression { kind, span, .. } = &self.tree.expressions[value];
                     let (span, is_equal) = (*span, matches!(kind, ExpressionKind::Binary(Binary::Equal, ..)));
                     if is_equal && (self.is_symbol(";") || self.is_statement_end()) {
-                        let message = "this compares, and the result is not used";
+                        let message = "this comparison has no effect";
                         return self.refuse(span, message, Some("write := to assign"));
                     }
                     return self.fail("`:=`");

@@ -115,7 +115,7 @@ fn every_statement_with_an_error_is_told() {
         "a.scl:3:7: expected an expression, found `;`\n\
          a.scl:4:10: expected an expression, found `;`\n\
          a.scl:5:9: expected an expression, found `THEN`\n\
-         a.scl:6:1: this compares, and the result is not used; write := to assign\n\
+         a.scl:6:1: this comparison has no effect; write := to assign\n\
          a.scl:7:9: expected `)`, found `;`\n\
          a.scl:9:4: expected `:=`, found `;`\n"
     );
@@ -133,7 +133,7 @@ fn no_depth_is_too_deep() {
         |open: &str, close: &str| errors(&in_body(&format!("#a := {}1{};", open.repeat(50_000), close.repeat(50_000))));
     for (open, close) in [("(", ")"), ("-", ""), ("NOT ", ""), ("#a[", "]"), ("f(x := ", ")"), ("2 ** (", ")")] {
         let told = deep(open, close);
-        assert!(told.contains("more than 100 levels are nested") && told.lines().count() == 1, "{open}\n{told}");
+        assert!(told.contains("more than 100 levels of nesting") && told.lines().count() == 1, "{open}\n{told}");
     }
     assert!(deep("1 + ", "").contains("more than 300 operators in a chain"));
     let members = in_body(&format!("#a{} := 1;", ".b".repeat(50_000)));

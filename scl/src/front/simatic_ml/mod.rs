@@ -65,7 +65,7 @@ impl Reader<'_> {
     fn document(&mut self, root: Element) {
         if root.name() != "Document" {
             let message =
-                format!("the root element is {}, not Document: this is not an export of a block", quoted(root.name()));
+                format!("the root element is {}, not Document: this is not a block export", quoted(root.name()));
             self.report.error(self.span(root), message, Some("export the block with Openness, or generate its source"));
             return;
         }
@@ -79,7 +79,7 @@ impl Reader<'_> {
                 }
                 "SW.Types.PlcStruct" => self.block(element, BlockKind::Type),
                 name if name.starts_with("SW.") => {
-                    let message = format!("{name} is skipped: it is neither a block, a data block nor a type");
+                    let message = format!("{name} is skipped: it is not a block, data block or type");
                     self.report.warning(self.span(element), message, None);
                 }
                 _ => {}

@@ -57,8 +57,8 @@ impl Reader<'_> {
                         _ if language.is_empty() => other,
                         _ => language,
                     };
-                    let message = format!("this network is in {language}, which is not read");
-                    let help = "write it in LAD, FBD or SCL; the other networks are checked";
+                    let message = format!("this network is in {language}, which is not supported");
+                    let help = "write it in LAD, FBD or SCL; the other networks are still checked";
                     self.report.error(self.span(content), message, Some(help));
                 }
             }
@@ -210,7 +210,7 @@ impl Reader<'_> {
             // An open pin receives no value.
             "OpenCon" | "Openbranch" => None,
             other => {
-                let message = format!("a wire begins at {}, which is not a valid end of a wire", quoted(other));
+                let message = format!("a wire starts at {}, which is not a valid end of a wire", quoted(other));
                 return self.report.error(self.span(from), message, Some("export the block again"));
             }
         };
@@ -240,7 +240,7 @@ impl Reader<'_> {
                         network.elements[*number].write(pin, *target);
                     }
                     (Some(Node::Operand(_)), _) => {
-                        let message = "a wire joins two operands, and no element";
+                        let message = "a wire connects two operands without an element between them";
                         self.report.error(self.span(end), message, Some("put a coil between them"));
                     }
                     _ => self.unknown(end),
@@ -275,14 +275,14 @@ impl Reader<'_> {
         let full = target.into_iter().chain(from).find(is_full);
         if let Some(number) = full {
             let message = format!("{} has more than {} pins", network.elements[number].name, ladder::MOST_PINS);
-            self.report.error(self.span(end), message, Some("divide it"));
+            self.report.error(self.span(end), message, Some("split it up"));
         }
         full.is_some()
     }
 
     fn unknown(&mut self, end: Element) {
         let uid = end.attribute("UId").unwrap_or_default();
-        let message = format!("a wire goes to UId {}, which the network does not have", quoted(uid));
+        let message = format!("a wire leads to UId {}, which does not exist in the network", quoted(uid));
         self.report.error(self.span(end), message, Some("export the block again"));
     }
 }

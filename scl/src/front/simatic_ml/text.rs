@@ -120,7 +120,7 @@ impl Reader<'_> {
             }
             "Address" | "AbsoluteAddress" => return self.write_address(access),
             _ if !SCOPES.contains(&scope) => {
-                let message = format!("an operand {scope} is not read");
+                let message = format!("an operand of scope {scope} is not supported");
                 self.report.error(self.span(access), message, Some("use a variable or a constant"));
                 return self.written.put(at, "0");
             }
@@ -132,9 +132,12 @@ impl Reader<'_> {
         match access.child("Symbol") {
             Some(symbol) => self.write_path(symbol, scope == "LocalVariable"),
             None => {
-                let what =
-                    if scope.is_empty() { "an operand without a scope".into() } else { format!("an operand {scope}") };
-                let message = format!("{what} is not read");
+                let what = if scope.is_empty() {
+                    "an operand without a scope".into()
+                } else {
+                    format!("an operand of scope {scope}")
+                };
+                let message = format!("{what} is not supported");
                 self.report.error(self.span(access), message, Some("use a variable or a constant"));
                 self.written.put(at, "0");
             }
@@ -149,7 +152,7 @@ impl Reader<'_> {
             "Output" | "PeripheryOutput" => "Q",
             "Memory" => "M",
             other => {
-                let message = format!("an operand in the area {} is not read", quoted(other));
+                let message = format!("an operand in the area {} is not supported", quoted(other));
                 self.report.error(self.span(access), message, Some("use a variable"));
                 return self.written.put(access.span().start, "0");
             }
@@ -337,7 +340,7 @@ impl Reader<'_> {
     /// Reports an unknown element, since it may change what the statement does.
     fn refuse(&mut self, element: Element) {
         let name = element.attribute("Text").unwrap_or(element.name());
-        let message = format!("{} is not read in a statement", quoted(name));
-        self.report.error(self.span(element), message, Some("generate the block's source, and use that"));
+        let message = format!("{} is not supported in a statement", quoted(name));
+        self.report.error(self.span(element), message, Some("generate a source from the block and use that instead"));
     }
 }

@@ -191,8 +191,8 @@ impl Graph<'_, '_, '_> {
                     if is_negated {
                         self.error(
                             pin.span,
-                            "NOT stands before a wire that a pin leads to",
-                            "put it where the wire ends",
+                            "NOT is not allowed before the wire of an output pin",
+                            "put it where the wire is used",
                         );
                     }
                     // The wire may lead nowhere.
@@ -213,7 +213,7 @@ impl Graph<'_, '_, '_> {
         let is_negated = matches!(self.parser.tree.expressions[operand].kind, ExpressionKind::Unary(Unary::Not, _));
         if is_negated && pin == "OPERAND" {
             let span = self.parser.tree.expressions[operand].span;
-            self.error(span, "an operand is not negated with NOT", "use I_Contact or I_Coil");
+            self.error(span, "an operand cannot be negated with NOT", "use I_Contact or I_Coil");
         }
         self.network.elements[number].connect(pin, Source::Operand(operand));
     }
@@ -247,8 +247,8 @@ impl Graph<'_, '_, '_> {
             (true, _) if is_rail => {}
             (true, Some(Law::Instance(_))) => self.connect(number, "EN", flow),
             (true, _) => {
-                let message = format!("both the flow and a value lead to {}", entrance.to_lowercase());
-                self.error(span, message, "leave one of them out");
+                let message = format!("both the flow and a value are connected to {}", entrance.to_lowercase());
+                self.error(span, message, "remove one of them");
             }
         }
         Flow::Of(Source::Pin(number, exit.to_string()))
@@ -275,12 +275,12 @@ impl Graph<'_, '_, '_> {
             return source.clone();
         }
         if open.contains(&name) {
-            self.error(wire.span, format!("wire#{} leads to itself", wire.text), "put a variable between");
+            self.error(wire.span, format!("wire#{} leads to itself", wire.text), "put a variable in between");
             return None;
         }
         if open.len() == MOST_WIRES {
-            let message = format!("more than {MOST_WIRES} wires lead to each other");
-            self.error(wire.span, message, "lead the rung to the last one");
+            let message = format!("more than {MOST_WIRES} wires in a row");
+            self.error(wire.span, message, "end the rung at the last one");
             return None;
         }
         let flows = self.wires.get(&name).cloned().unwrap_or_default();

@@ -84,7 +84,7 @@ impl Parser<'_> {
             None if is_graph => Ok(Language::Graph),
             None => Ok(Language::Scl),
             Some(name) => {
-                let message = format!("a network in {name} is not read");
+                let message = format!("networks in {name} are not supported");
                 self.refuse(begin, &message, Some("write it in LAD, FBD or SCL, or leave its file out"))
             }
         }

@@ -118,7 +118,7 @@ fn an_output_of_demux_that_leads_to_an_element_is_told() {
     let copy = net.part("Move", "", &[("en", From::Rail), ("in", From::Pin(demux, "out0"))]);
     net.write(copy, "out1", local("k"));
     let (message, line) = error("b.xml", xml::block("FB", "B", SECTIONS, vec![net], "LAD"));
-    assert_eq!(message, "FB B, network 1: Demux: Demux: out0 leads to another element");
+    assert_eq!(message, "FB B, network 1: Demux: Demux: out0 is wired to another element");
     assert!(line.contains("Demux"), "{line}");
 }
 
@@ -135,5 +135,5 @@ fn parts_without_a_number_of_their_own_are_told() {
         "FB B, network 1: two parts of the network have the UId `77`"
     );
     assert_eq!(of("Name=\"Coil\" UId=\"78\"", "Name=\"Coil\""), "FB B, network 1: a part without UId");
-    assert_eq!(of("LocalVariable", "Statusword"), "FB B, network 1: Contact 0: an operand Statusword is not read");
+    assert_eq!(of("LocalVariable", "Statusword"), "FB B, network 1: Contact 0: an operand of scope Statusword is not supported");
 }
