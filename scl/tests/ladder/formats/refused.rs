@@ -135,5 +135,8 @@ fn parts_without_a_number_of_their_own_are_told() {
         "FB B, network 1: two parts of the network have the UId `77`"
     );
     assert_eq!(of("Name=\"Coil\" UId=\"78\"", "Name=\"Coil\""), "FB B, network 1: a part without UId");
-    assert_eq!(of("LocalVariable", "Statusword"), "FB B, network 1: Contact 0: an operand of scope Statusword is not supported");
+    assert_eq!(
+        of("LocalVariable", "Statusword"),
+        "FB B, network 1: Contact 0: an operand of scope Statusword is not supported"
+    );
 }
