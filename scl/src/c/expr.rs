@@ -81,8 +81,7 @@ impl Printer<'_> {
         })
     }
 
-    /// The value of a statement as C text: without outer parentheses, and cast to a truth value where a compiler sees
-    /// an `int`.
+    /// The value of a statement as C text: without outer parentheses, and cast to a truth value where C has an `int`.
     pub(super) fn whole(&mut self, expr: &Expr) -> Result<String, String> {
         let text = self.expr(expr)?;
         let text = bare(&text);
@@ -106,8 +105,8 @@ impl Printer<'_> {
         Ok(printed)
     }
 
-    /// Whether an expression must be evaluated before what follows: statements there may change its value, or both may
-    /// stop the call, and C does not specify the order of evaluation of operands.
+    /// Whether an expression must be evaluated before later code: statements there may change its value, or both may
+    /// stop the call, and C does not specify the order in which operands are evaluated.
     pub(super) fn comes_before(&self, expr: &Expr, later: Effect) -> bool {
         !matches!(expr, Expr::Const(_)) && (later.runs || later.stops && self.of_expr(expr).stops)
     }
@@ -138,8 +137,7 @@ impl Printer<'_> {
         }
     }
 
-    /// Whether a place has an index checked at run time, so that it may resolve to different variables at different
-    /// times.
+    /// Whether a place has an index checked at run time, so it may resolve to different variables at different times.
     pub(super) fn is_checked(&self, place: &Place) -> bool {
         self.indices(place).iter().any(|(_, is_checked)| *is_checked)
     }
@@ -213,7 +211,7 @@ impl Printer<'_> {
         Ok((first, self.address(b)?))
     }
 
-    /// Whether a place must be resolved before what follows.
+    /// Whether a place must be resolved before later code.
     pub(super) fn is_found_before(&self, place: &Place, later: Effect) -> bool {
         (later.runs || later.stops) && self.is_checked(place)
     }
@@ -325,7 +323,7 @@ impl Printer<'_> {
                 "" | "0" => text,
                 _ => format!("({number}) * (size_t)({high} - {low} + 1) + {text}"),
             };
-            // Evaluation order matters: what follows must not be evaluated first.
+            // Evaluation order matters: later indices must not be evaluated first.
             let is_before = |(index, is_checked): &(&Expr, bool)| *is_checked || self.runs(index);
             if *is_checked && rest.iter().any(is_before) {
                 number = self.held("size_t ", &number);
@@ -360,8 +358,8 @@ enum Bounds<'a> {
     Open(&'a str, usize),
 }
 
-/// Whether compilers give the expression type `int` although it is a truth value: a negated floating-point comparison,
-/// or two comparisons combined.
+/// Whether an expression has type `int` in C although it is a truth value: a negated floating-point comparison, or two
+/// combined comparisons.
 fn is_int(expr: &Expr) -> bool {
     let compares = |it: &Expr| match it {
         Expr::Binary(op, ty, ..) => op.compares() && ty.is_float(),

@@ -35,7 +35,7 @@ pub(super) fn may_not_end(body: &[Statement]) -> bool {
     walk::any(body, |what| matches!(what, What::While(..) | What::Repeat(..) | What::For(_) | What::Goto(_)))
 }
 
-/// Whether statements contain one that leaves the function.
+/// Whether any of the statements leaves the function.
 pub(super) fn may_leave(body: &[Statement]) -> bool {
     walk::any(body, |what| matches!(what, What::Return))
 }
@@ -65,7 +65,7 @@ pub(super) fn facts(program: &Program, reached: &[usize], counts: bool) -> Vec<F
         let mut finds = Finds { function, facts: &facts, found: Facts { is_pure: true, ..Facts::default() } };
         walk::statements(body, &mut finds);
         let mut found = finds.found;
-        // An entry function takes both arguments even where other functions call it.
+        // An entry function has both parameters even if other functions call it.
         found.needs_call |= counts && !program.docs.natives.contains(number) || is_entry(function);
         found.needs_memory |= is_entry(function);
         found.is_pure &= !found.needs_call;
@@ -140,12 +140,12 @@ impl Look for Finds<'_> {
     }
 }
 
-/// Whether a place has an index, which is checked.
+/// Whether a place has an index, which needs a check.
 pub(super) fn has_index(place: &Place) -> bool {
     place.steps.iter().any(|step| matches!(step, Step::Index(..)))
 }
 
-/// The local that a place is, or is part of.
+/// The local to which a place belongs.
 pub(super) fn local(place: &Place) -> Option<usize> {
     match place.base {
         Base::Local(local) => Some(local),

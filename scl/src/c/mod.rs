@@ -1,8 +1,8 @@
-//! From program to C. Takes a typed program; gives its text in C that is valid in both C99 and C++, keeps the names and
-//! line numbers of the source, and computes the same results as the machine to the last bit.
+//! From program to C: prints a typed program as C that is valid in both C99 and C++, keeps the names and line numbers
+//! of the source, and computes the same results as the machine to the last bit.
 //!
-//! Structures have the layout of [`Program`]'s records on all common platforms, so a program's memory is the same bytes
-//! in both.
+//! Structures have the layout of [`Program`]'s records on all common platforms, so a program's memory has the same
+//! bytes in both.
 
 mod expr;
 mod facts;
@@ -103,7 +103,7 @@ struct Printer<'a> {
     counts: bool,
     /// Whether the functions printed so far read constants.
     reads_constants: bool,
-    /// The text types in use: capacity, and whether characters are 16 bits wide.
+    /// The string types in use: capacity, and whether characters are 16 bits wide.
     texts: BTreeSet<(u16, bool)>,
     scope: Scope<'a>,
 }
@@ -128,7 +128,7 @@ struct Scope<'a> {
     direct: Option<usize>,
     /// Whether this function counts statements.
     counts: bool,
-    /// Whether the last of `runs` goes on.
+    /// Whether the last of `runs` is still open.
     is_run: bool,
     /// The runs of statements started so far.
     runs: Vec<Run>,
@@ -136,9 +136,9 @@ struct Scope<'a> {
     declared: Option<usize>,
 }
 
-/// Statements that take their budget together.
+/// Statements whose budget is deducted together.
 struct Run {
-    /// The position in the text at which their number is written.
+    /// The position in the text where their number is inserted.
     at: usize,
     count: usize,
 }
@@ -175,7 +175,7 @@ fn scalar(ty: Scalar) -> &'static str {
     }
 }
 
-/// Unique C identifiers made of ASCII letters, digits and underscores, avoiding those already taken.
+/// Unique C identifiers consisting of ASCII letters, digits and underscores, avoiding those already taken.
 fn names<'a>(of: impl IntoIterator<Item = &'a str>, is_taken: impl Fn(&str) -> bool) -> Vec<String> {
     let mut taken: BTreeMap<String, usize> = BTreeMap::new();
     let mut all: Vec<String> = Vec::new();
@@ -209,7 +209,7 @@ fn is_taken(name: &str) -> bool {
     is_keyword(name) || WORDS.contains(name) || operations::exists(name)
 }
 
-/// Names that a record cannot have, because with the suffix `_t` they are other types.
+/// Names that a record cannot have because, with the suffix `_t`, they denote other types.
 const TYPES: &str = "memory constants call twofold twofolds digits turn size ptrdiff wchar intmax uintmax intptr";
 
 /// Whether a record cannot have this name.
@@ -267,7 +267,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// Prints the functions that are reached.
+    /// Prints the reached functions.
     fn functions(&mut self) -> Result<String, String> {
         for number in self.reached.clone() {
             self.function(number)?;
@@ -373,7 +373,8 @@ impl<'a> Printer<'a> {
         let _ = writeln!(self.text, "}} {}_t;", self.records[number]);
     }
 
-    /// The instance of a block inside a program, packed as the block stores itself: variables, internal state, memory.
+    /// The instance of a block inside a program, packed like the block's stored state: variables, internal state,
+    /// memory.
     fn packed(&mut self, number: usize) {
         let record = &self.program.records[number];
         let mut members: Vec<_> = record.members.iter().zip(&self.members[number]).collect();
@@ -395,7 +396,7 @@ impl<'a> Printer<'a> {
         let _ = writeln!(self.text, "}} {}_t;\n#pragma pack(pop)", self.records[number]);
     }
 
-    /// Prints the start values of the memory, and the constants if they are used.
+    /// Prints the start values of memory, and the constants if they are used.
     fn values(&mut self) {
         if self.reads_constants {
             let name = &self.records[self.program.constants];
@@ -620,7 +621,7 @@ impl<'a> Printer<'a> {
         printed.collect()
     }
 
-    /// The function that calls a block of another program: its instance has the bytes of a saved state, without
+    /// The function that calls a block of another program: the instance has the layout of a saved state, without
     /// padding.
     fn law(&mut self, number: usize, name: &str) -> Result<(), String> {
         let law = self.program.docs.laws.get(&number).copied();

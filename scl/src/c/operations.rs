@@ -1,15 +1,15 @@
-//! The operations in C: prints those that a program uses and their dependencies.
+//! The operations in C: prints those a program uses, with their dependencies.
 
 use super::scalar;
 use crate::ir::Scalar;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
-/// All operations: each a line `# name` followed by its text. `*` in a name stands for any type of the class after it.
-/// `*_f32` is any function that there is for binary64. The mathematics are the body of a macro in Rust.
+/// All operations: each is a line `# name` followed by its text. `*` in a name stands for any type in the class after
+/// it; `*_f32` stands for any function defined for binary64. In Rust, the mathematics are the body of a macro.
 const OPERATIONS: [&str; 2] = [include_str!("operations.h"), include_str!("mathematics.h")];
 
-/// Name, class, text.
+/// The operations: name, class and text.
 static PARTS: LazyLock<Vec<(&str, &str, &str)>> = LazyLock::new(|| {
     let part = |part: &'static str| {
         let (head, text) = part.split_once('\n')?;
@@ -51,7 +51,7 @@ pub(super) fn exists(name: &str) -> bool {
     text(name).is_some()
 }
 
-/// The operations used by a text, dependencies first.
+/// The operations used in a C text, dependencies first.
 pub(super) fn used(by: &str) -> String {
     fn add(by: &str, done: &mut BTreeSet<String>, into: &mut String) {
         let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';

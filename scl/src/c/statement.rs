@@ -63,7 +63,7 @@ impl Printer<'_> {
         }
     }
 
-    /// Declares the locals first used in this statement, which are used only here and later in the same list.
+    /// Declares the locals whose first use is in this statement and whose other uses are later in the same list.
     fn declare(&mut self, statement: &Statement, rest: &[Statement]) {
         if !self.scope.locals.iter().any(|local| local.is_pending) {
             return;
@@ -221,7 +221,7 @@ impl Printer<'_> {
         self.line(&format!("    {value};"));
     }
 
-    /// Prints `if`, and `else if` as long as the next condition needs no statements before it.
+    /// Prints `if`, then `else if` for each further condition that needs no statements before it.
     fn branch(&mut self, what: &What, word: &str, last: bool) -> Result<(), String> {
         let What::If(condition, then, otherwise) = what else { return Ok(()) };
         let condition = self.expr(condition)?;
@@ -254,7 +254,7 @@ impl Printer<'_> {
         !uses(&head).is_empty() || then.iter().any(|local| otherwise.contains(local))
     }
 
-    /// Leaves the function from a block nested `deeper` levels.
+    /// Leaves the function from a block that is nested `deeper` levels.
     fn leave(&mut self, deeper: usize) {
         let facts = &self.facts[self.scope.number];
         let text = match facts.returns {
@@ -424,7 +424,8 @@ impl Printer<'_> {
     fn call(&mut self, call: &Call) -> Result<(), String> {
         let callee = &self.program.functions[call.function];
         let facts = self.facts[call.function].clone();
-        // An output that is a local of its own is assigned directly; any other place is resolved before the call.
+        // An output that goes to a local used by no other output is assigned directly; any other place is resolved
+        // before the call.
         let is_direct = |printer: &Self, output: usize, to: &Place| -> Result<bool, String> {
             let ty = &callee.locals[output].ty;
             if printer.type_of(to)? != *ty {

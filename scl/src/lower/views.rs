@@ -334,7 +334,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Lowers `part`: loads the views it uses first and writes back those it changes afterward. Views used only in the
+    /// Lowers `part`: first loads the views it uses and afterwards writes back those it changes. Views used only in the
     /// conditions of nested statements are handled there.
     pub(crate) fn with_views<T>(&mut self, span: Span, part: impl FnOnce(&mut Self) -> T) -> T {
         if self.views.is_empty() {

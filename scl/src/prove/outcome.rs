@@ -119,7 +119,7 @@ impl Outcome {
         Ok(Outcome { state, calls: long(16), done: long(20), seed: long(8), tape: long(12) })
     }
 
-    /// The tape that was run; `None` if this version generates a different one, or knows no such block.
+    /// The tape that was run; `None` if this version generates a different one or lacks the block.
     pub fn tape(&self) -> Option<Tape> {
         let calls = usize::try_from(self.calls).ok().filter(|calls| *calls <= super::MOST_CALLS)?;
         crate::library::natives()
@@ -128,7 +128,7 @@ impl Outcome {
             .find(|tape| tape.fingerprint() == self.tape)
     }
 
-    /// The outcome in words.
+    /// A description of the outcome.
     pub fn text(&self, tape: Option<&Tape>) -> String {
         let block = tape.map_or(String::new(), |tape| format!("{}: ", tape.table.name));
         let calls = grouped(self.calls);
@@ -152,7 +152,7 @@ impl Outcome {
     }
 }
 
-/// 5000 as `5,000`.
+/// Formats 5000 as `5,000`.
 fn grouped(number: u32) -> String {
     let digits = number.to_string();
     let mut text = String::new();

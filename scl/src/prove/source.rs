@@ -16,8 +16,8 @@ pub struct Names {
 }
 
 impl Names {
-    /// The name of the block in the PLC's libraries: in TIA Portal its own name, in STEP 7 the number of its function
-    /// block; `None` if it has none.
+    /// The name of the block in the PLC's libraries: in TIA Portal the block's own name, in STEP 7 the number of its
+    /// function block; `None` if it has none.
     pub fn new(tape: &Tape, dialect: Dialect) -> Option<Names> {
         let number = tape.table.aliases.iter().find(|alias| alias.starts_with("FB"));
         let block = match dialect {
@@ -78,13 +78,14 @@ pub fn result(tape: &Tape, names: &Names, dialect: Dialect) -> String {
     Source { tape, names, dialect, text: String::new() }.name(2)
 }
 
-/// The size of the tape in bytes in the PLC's memory, and the number of data blocks that it needs.
+/// The size of the tape in the PLC's memory, in bytes, and the number of data blocks it needs.
 fn size(tape: &Tape, dialect: Dialect) -> (usize, usize) {
     (ENTRY * tape.entries.len(), tape.entries.len().div_ceil(part(dialect)))
 }
 
 impl Tape {
-    /// The size of the tape in bytes, needed both in load memory and in work memory, and the number of data blocks.
+    /// The size of the tape in bytes, which is needed in both load memory and work memory, and the number of data
+    /// blocks.
     pub fn size(&self, dialect: Dialect) -> (usize, usize) {
         size(self, dialect)
     }
@@ -247,7 +248,7 @@ impl Source<'_> {
         self.line(&format!("        CASE {what} OF"));
         for (number, row) in tape.inputs.iter().enumerate() {
             let row = &rows[*row];
-            // Rows of inner blocks are written in place.
+            // Rows of inner blocks are written directly.
             let to = format!("{}.{}", if row.is_inner() { &tested } else { &given }, row.name);
             self.line(&format!(
                 "            {}:\n                {to} := {};",

@@ -13,7 +13,7 @@ const THRESHOLD: u64 = 4;
 /// A change recorded on the tape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The input, counted from 1, or the output, counted on after the inputs; 0 for a call without changes.
+    /// The number of the input, from 1, or of the output, numbered after the inputs; 0 for a call without changes.
     pub what: u8,
     /// Whether this is the last entry before its call.
     pub is_last: bool,
@@ -26,9 +26,9 @@ pub struct Entry {
 pub struct Tape {
     /// The block.
     pub table: &'static StaticTable,
-    /// The rows that are set, in table order.
+    /// The rows that the tape sets, in table order.
     pub inputs: Vec<usize>,
-    /// The rows that are compared.
+    /// The rows to compare.
     pub outputs: Vec<usize>,
     /// The changes, in the order of the calls.
     pub entries: Vec<Entry>,
@@ -38,8 +38,8 @@ pub struct Tape {
     pub seed: u32,
 }
 
-/// Calls with common characteristics: most differences between two laws show only where values coincide, or after a
-/// long rest.
+/// Calls with common characteristics: most differences between two laws appear only when values coincide, or after a
+/// long time without changes.
 struct Stretch {
     /// The number of calls.
     length: usize,
@@ -49,14 +49,14 @@ struct Stretch {
     unrest: u64,
     /// The largest typical value of a signal.
     scale: f32,
-    /// The grid on which signals lie, so that sums and limits coincide exactly; 0 for none.
+    /// The grid of signal values, which makes sums and limits coincide exactly; 0 for none.
     grid: f32,
     /// The sampling time of the block, in milliseconds.
     cycle: i32,
     /// The default sampling time of the block, in milliseconds.
     start_cycle: f64,
-    /// Whether most settings keep their defaults and some signals rest: several unusual values together mask what a law
-    /// does.
+    /// Whether most settings keep their defaults and some signals stay constant: several unusual values together mask
+    /// the law's behaviour.
     is_plain: bool,
     /// Whether values at the ends of their ranges, or far from typical ones, may occur.
     is_wild: bool,
@@ -91,12 +91,12 @@ impl Stretch {
         }
     }
 
-    /// A value for a row: usually a typical one, sometimes one at an end of its range.
+    /// A value for a row: usually a typical one, sometimes one at the end of its range.
     fn value(&self, random: &mut Random, row: &StaticRow) -> Value {
         let is_odd = self.is_wild && random.once_in(6);
         match row.kind {
             Kind::Bool => Value::Bool(random.once_in(2)),
-            // A cycle time of 0 between calls is not defined behaviour.
+            // The behaviour for a sampling time of 0 is undefined.
             Kind::Time if row.role == Role::Cycle => Value::Time(Time::ms(self.cycle)),
             Kind::Int if row.role == Role::Fixed => {
                 let most = random.one_of(&[5, 20, 50]);
@@ -133,7 +133,7 @@ impl Stretch {
         }
     }
 
-    /// The default value, with times scaled so that they last as many calls as by default.
+    /// The default value, with times scaled to last as many calls as by default.
     fn start(&self, row: &StaticRow) -> Value {
         match row.start {
             Value::Time(_) if row.role != Role::Cycle => Value::Time(Time::ms(self.calls(row, 1.0))),
@@ -211,7 +211,7 @@ fn place_of(value: Value) -> i64 {
     }
 }
 
-/// The value with that rank.
+/// The value with this rank.
 fn value_at(kind: Kind, place: i64) -> Value {
     match kind {
         Kind::Time => Value::Time(Time::ms(place as i32)),
@@ -226,8 +226,8 @@ fn is_signal(row: &StaticRow) -> bool {
     row.role == Role::Input && row.kind != Kind::Bool
 }
 
-/// Whether a PLC computes with this value as we do: neither infinity nor a subnormal number, which some CPUs flush to
-/// 0.
+/// Whether a PLC computes with this value as the law does: it is neither infinite nor a subnormal number, which some
+/// CPUs flush to 0.
 fn is_usual(value: Value) -> bool {
     !matches!(value, Value::Real(real) if !real.is_finite() || real.is_subnormal())
 }
@@ -267,7 +267,7 @@ impl Tape {
         rows.zip(values).map(|(row, bits)| (row.name.to_string(), super::outcome::value_text(row.kind, bits))).collect()
     }
 
-    /// A number that is unlikely to be shared by two different tapes.
+    /// A number that two different tapes are unlikely to share.
     pub fn fingerprint(&self) -> u32 {
         // FNV-1a.
         let bytes = self.entries.iter().flat_map(|entry| {
@@ -278,7 +278,7 @@ impl Tape {
     }
 }
 
-/// The input that restarts the block, if it has one: a call with this input set restarts it.
+/// The input that restarts the block when a call sets it, if there is one.
 fn restart_input<B: Block>(inputs: &[usize]) -> Option<usize> {
     let table = B::TABLE;
     let mut random = Random::new(1);
@@ -342,8 +342,8 @@ impl Maker {
         }
     }
 
-    /// The next call; `None` if no values lead to usable outputs: all give infinity, or numbers that a CPU may flush to
-    /// 0.
+    /// The next call; `None` if no values lead to usable outputs: all result in infinity, or in numbers that a CPU may
+    /// flush to 0.
     fn call<B: Block>(&mut self, stretch: &Stretch, block: &B, begins: bool, is_first: bool) -> Option<Call<B>> {
         let restarts = is_first || begins && self.random.once_in(3) || self.random.once_in(400);
         for tries in 0..40 {
@@ -389,8 +389,8 @@ impl Maker {
     }
 
     /// Finds an input and a value at which outputs switch differently than at the neighbouring value, within `calls`
-    /// calls and with nothing else changed: the block compares against it to within one unit in the last place. `None`
-    /// if none is found.
+    /// calls and with nothing else changed: the block's threshold to within one unit in the last place. `None` if there
+    /// is none.
     fn threshold<B: Block>(&mut self, stretch: &Stretch, block: &B, calls: usize) -> Option<(usize, Value)> {
         let switches: Vec<usize> = self.switches().collect();
         for _ in 0..16 {
@@ -447,7 +447,7 @@ impl Maker {
         all
     }
 
-    /// A stretch of calls; the one of several in which outputs switch most often.
+    /// A stretch of calls: the one among several candidates in which outputs switch most often.
     fn stretch<B: Block>(&mut self, block: &B, is_first: bool) -> Vec<Call<B>> {
         let seeks = 2 * self.switches().count() >= self.outputs.len();
         let tries = self.random.one_of(&[1, 4, 12]);
