@@ -255,7 +255,7 @@ fn a_wrong_axis_is_named_with_what_is_wrong_and_what_to_do() {
         (normal(1.0, 0.1, Some(2.0), Some(1.0)), "normal: min = 2.0 is above max = 1.0: swap them"),
         (
             normal(1.0, 0.1, Some(9.0), None),
-            "normal: min and max leave nothing of the distribution, whose mean is 1.0 and deviation 0.1: give bounds nearer to \
+            "normal: min and max leave nothing of the distribution, whose mean is 1.0 and deviation 0.1: give bounds closer to \
              the mean",
         ),
         (Along::LogNormal { median: -1.0, deviation: 0.1 }, "log_normal: median = -1.0: it must be above 0"),

@@ -77,8 +77,8 @@ fn loops_of_another_block_than_the_fmus_are_left_out_with_a_remark_or_refused() 
     let alone = &SOURCE[SOURCE.find("DATA_BLOCK \"VALVE1\"").unwrap()..];
     let error = format!("{:#}", of_source(alone, &format!("{own}.fmu"), Some("PID")).unwrap_err());
     let expected = format!(
-        "plant.awl has loops of {other}, and none that the FMU PID can have: name the FMU of these loops with fmu = \"NAME\", or \
-         take another file"
+        "plant.awl has loops of {other}, but none for the FMU PID: name the FMU of these loops with fmu = \"NAME\", or \
+         use another file"
     );
     assert!(error.ends_with(&expected), "{error}");
     assert_eq!(of_source(alone, &format!("{other}.fmu"), None).unwrap().axis.names, ["VALVE1"]);

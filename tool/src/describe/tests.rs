@@ -144,7 +144,7 @@ fn a_file_that_cannot_be_used_says_where_and_what_to_do() {
     assert_eq!(wrong.problems[0].place.unwrap().0, 2);
     for name in ["plant.exe", "plant", "<script>.html", ""] {
         let wrong = read(&home, &file(name, "x")).unwrap();
-        assert!(wrong.is_refused && wrong.problems[0].message.ends_with("is not that of a parameter file"));
+        assert!(wrong.is_refused && wrong.problems[0].message.ends_with("is not the extension of a parameter file"));
         assert!(wrong.problems[0].help.as_ref().unwrap().contains(".awl"));
     }
     let not_base64 = ReadFile { content: "?".into(), ..file("plant.awl", "") };

@@ -187,7 +187,7 @@ fn a_description_ends_where_the_plant_was_exchanged() {
     let mut fresh = Session::default();
     fresh.start(&home(), setup("C")).unwrap();
     assert!(error(&fresh, &ExportRequest::Description { run: None }).contains("no call"));
-    assert!(error(&Session::default(), &ExportRequest::Description { run: None }).contains("start a loop first"));
+    assert!(error(&Session::default(), &ExportRequest::Description { run: None }).contains("start one first"));
 }
 
 #[test]

@@ -271,7 +271,7 @@ fn what_is_written_once_is_what_the_next_call_goes_on_from() {
     let taken = ask(&mut engine, json!({"do": "export", "what": "description"}));
     assert_eq!(
         taken["remarks"][0],
-        "It ends at call 1 (0.5 s), when P1.calls was written: a description sets inputs and parameters only."
+        "It ends at call 1 (0.5 s), when P1.calls was written: a description sets only inputs and parameters."
     );
 }
 

@@ -314,7 +314,7 @@ fn a_run_has_a_million_events_at_most() {
     }
     session.ramp("Q.T", 50.0, 49_999.0).unwrap();
     session.send(&values(&[("C.HIGH", 1.0), ("P.POWER", 1.0)])).unwrap();
-    let expected = "a run can have 1000000 events at most: start again, or use shorter ramps";
+    let expected = "a run can have at most 1000000 events: start again, or use shorter ramps";
     assert_eq!(error(session.send(&values(&[("C.HIGH", 1.0)]))), expected);
     assert_eq!(error(session.ramp("C.HIGH", 1.0, 0.5)), expected);
     session.run(3).unwrap();
@@ -408,7 +408,7 @@ fn five_earlier_runs_are_kept_and_can_be_viewed() {
     }
     assert_eq!(
         error(session.record(Some(0)).map(Record::calls)),
-        "no run 0: the present one and the 5 before it are kept"
+        "no run 0: only the present one and the 5 before it are kept"
     );
     for run in 1..=5 {
         assert_eq!(session.record(Some(run)).unwrap().calls(), run + 1);
