@@ -3,7 +3,7 @@
 use crate::description::{Description, Type, Variable};
 use std::collections::HashSet;
 
-/// The maximum number of elements; a larger array stays one variable that can be neither set nor recorded.
+/// The maximum number of elements; a larger array remains a single variable that can be neither set nor recorded.
 pub const MOST_ELEMENTS: u64 = 1 << 16;
 
 /// An array of an FMU. Its elements are consecutive variables in row-major order.
@@ -11,12 +11,12 @@ pub const MOST_ELEMENTS: u64 = 1 << 16;
 pub struct Array {
     /// Its name.
     pub name: String,
-    /// Its value reference in the C functions, which read and write all elements at once.
+    /// Its value reference in the C functions, which read and write all elements in one call.
     pub value_reference: u32,
     /// The number of elements in each dimension.
     pub dimensions: Vec<u64>,
-    /// The value reference assigned to the first element, followed by those of the others; the C functions do not know
-    /// them.
+    /// The value reference assigned to the first element; those of the others follow. The C functions do not know these
+    /// references.
     pub first_reference: u32,
     /// The index of the first element among the variables.
     pub first: usize,
@@ -25,7 +25,7 @@ pub struct Array {
 }
 
 impl Description {
-    /// Replaces each array by its elements, `a[1]`, `a[2]` or `m[1,2]`, and adopts the types of the C functions.
+    /// Replaces each array with its elements, `a[1]`, `a[2]` or `m[1,2]`, and adopts the types of the C functions.
     pub fn expanded(mut self) -> Description {
         if self.is_fmi_3() {
             for variable in &mut self.variables {
@@ -87,7 +87,8 @@ fn at<T: Copy>(values: &[T], element: u64) -> Option<T> {
     if let [all] = values { Some(*all) } else { values.get(element as usize).copied() }
 }
 
-/// The first of `count` consecutive unused numbers, searched from `next`, which then follows them.
+/// The first of `count` consecutive unused numbers, starting the search at `next`, which is then set to the number
+/// after them.
 fn free(used: &HashSet<u32>, next: &mut u32, count: u32) -> Option<u32> {
     let mut first = *next;
     let mut at = first;

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 
-/// The generation tool in the descriptions of blocks: this program and its version.
+/// The generation tool stated in the descriptions of blocks: this program and its version.
 pub const GENERATION_TOOL: &str = concat!("plcfmu ", env!("CARGO_PKG_VERSION"));
 
 /// The description of an FMU, as needed by a master, a study or a tool.
@@ -35,7 +35,7 @@ pub struct Description {
     pub copyright: Option<String>,
     /// The licence.
     pub license: Option<String>,
-    /// The tool that made the FMU.
+    /// The tool that generated the FMU.
     pub generation_tool: Option<String>,
     /// The generation date and time, as `xs:dateTime`.
     pub generation_date_and_time: Option<String>,
@@ -71,7 +71,7 @@ pub struct Support {
 pub struct Variable {
     /// Its name.
     pub name: String,
-    /// Its value reference. Variables of one type that share it are one variable with two names.
+    /// Its value reference. Variables of the same type with the same reference are aliases.
     pub value_reference: u32,
     /// A short description.
     pub description: Option<String>,
@@ -81,7 +81,7 @@ pub struct Variable {
     pub variability: Variability,
     /// How its initial value is determined; `None` for an input and for the independent variable.
     pub initial: Option<Initial>,
-    /// The type by which it is read and written; `None` if it is a text.
+    /// The type by which it is read and written; `None` if it is a string.
     pub kind: Option<Type>,
     /// The name of its type in the standard.
     pub type_name: &'static str,
@@ -97,19 +97,19 @@ pub struct Variable {
     pub max: Option<f64>,
     /// The value before initialization; true is 1. For an array, that of the first element.
     pub start: Option<f64>,
-    /// The value of a text before initialization.
+    /// The value of a string before initialization.
     pub start_text: Option<String>,
-    /// The values of an array before initialization, one for each element; empty for a scalar or text.
+    /// The values of an array before initialization, one for each element; empty for a scalar or string.
     pub starts: Vec<f64>,
     /// The exact integer values before initialization, for arrays and scalars: for 64-bit integers, `start` and
     /// `starts` are only the nearest numbers. Empty in FMI 2.0, which has 32-bit integers.
     pub exact: Vec<i128>,
-    /// Whether it is a structural parameter, on which array sizes may depend, and which is set in Configuration Mode.
+    /// Whether it is a structural parameter, on which array sizes may depend and which is set in Configuration Mode.
     pub is_structural: bool,
 }
 
 impl Default for Variable {
-    /// A continuous local Real without a name: the defaults of the standard.
+    /// A continuous local Real without a name: the standard's defaults.
     fn default() -> Variable {
         Variable {
             name: String::new(),
@@ -135,7 +135,7 @@ impl Default for Variable {
 }
 
 impl Variable {
-    /// The value before initialization as a [cell](Type::cell); `None` if there is none, or for a text.
+    /// The value before initialization as a [cell](Type::cell); `None` if there is none, or for a string.
     pub fn start_cell(&self) -> Option<f64> {
         let kind = self.kind?;
         let exact = self.exact.first().and_then(|start| kind.whole_cell(*start));
@@ -226,7 +226,7 @@ impl Type {
         }
     }
 
-    /// The lowest and highest value of an integer type.
+    /// The lowest and highest values of an integer type.
     pub const fn whole(self) -> Option<(i128, i128)> {
         match self {
             Type::Real | Type::Float32 | Type::Boolean => None,
@@ -299,7 +299,8 @@ impl Type {
         }
     }
 
-    /// A value of this type as written in `modelDescription.xml` and in the start values of a preset; true is 1.
+    /// A value of this type as written in `modelDescription.xml` and in the start values of a preset; `value` is 1 for
+    /// true.
     pub fn text(self, value: f64) -> String {
         match self {
             Type::Real => format!("{value:?}"),
@@ -316,7 +317,7 @@ impl Description {
         self.fmi_version.starts_with('3')
     }
 
-    /// The name of the library; that of co-simulation if the FMU supports both.
+    /// The name of the library; the one for co-simulation if the FMU supports both.
     pub fn model_identifier(&self) -> Option<&str> {
         let support = self.co_simulation.as_ref().or(self.model_exchange.as_ref());
         support.map(|support| support.model_identifier.as_str())
@@ -387,7 +388,7 @@ impl Variable {
         self.min.is_some_and(|min| value < min) || self.max.is_some_and(|max| value > max)
     }
 
-    /// The range for a message, such as `0.0 to ...`.
+    /// The range, for messages, such as `0.0 to ...`.
     pub fn range(&self) -> String {
         let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
         format!("{} to {}", show(self.min), show(self.max))
@@ -409,7 +410,7 @@ elements! {
         max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
         /// Whether a step may continue after its call has returned. (The standard's spelling.)
         can_run_asynchronuously "canRunAsynchronuously": bool = false;
-        /// Whether a process can hold only one instance.
+        /// Whether a process can have only one instance.
         can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
         /// Whether the FMU does not use the host's memory functions.
         can_not_use_memory_management_functions "canNotUseMemoryManagementFunctions": bool = false;
@@ -452,9 +453,9 @@ elements! {
         cd "cd": i32 = 0, omitted;
         /// Exponent of the radian.
         rad "rad": i32 = 0, omitted;
-        /// Multiplied with a value.
+        /// The factor by which a value is multiplied.
         factor "factor": f64 = 1.0, omitted;
-        /// Added to the product.
+        /// The offset added to the product.
         offset "offset": f64 = 0.0, omitted;
     }
 
@@ -462,9 +463,9 @@ elements! {
     DisplayUnit "DisplayUnit" {
         /// Its name, by which variables refer to it.
         name "name": String;
-        /// Multiplied with a value.
+        /// The factor by which a value is multiplied.
         factor "factor": f64 = 1.0, omitted;
-        /// Added to the product.
+        /// The offset added to the product.
         offset "offset": f64 = 0.0, omitted;
     }
 
@@ -503,7 +504,7 @@ words! {
         Output "output",
         /// The FMU, for internal use.
         Local "local",
-        /// Not set by anyone: it is the time.
+        /// Nothing: it is the time.
         Independent "independent",
     }
 
@@ -533,7 +534,7 @@ words! {
 
     /// The naming convention of variables.
     VariableNamingConvention {
-        /// Any text.
+        /// Any string.
         Flat "flat",
         /// Identifiers, dots and indices.
         Structured "structured",
@@ -545,11 +546,11 @@ words! {
         Dependent "dependent",
         /// Multiplied by a constant.
         Constant "constant",
-        /// Multiplied by something that is fixed after initialization.
+        /// Multiplied by a factor that is fixed after initialization.
         Fixed "fixed",
-        /// Multiplied by something tunable.
+        /// Multiplied by a tunable factor.
         Tunable "tunable",
-        /// Multiplied by something discrete.
+        /// Multiplied by a discrete factor.
         Discrete "discrete",
     }
 }

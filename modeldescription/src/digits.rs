@@ -1,4 +1,4 @@
-//! Formats numbers for people.
+//! Formats numbers for human readers.
 
 use blocks::Kind;
 use blocks::table::number::shown;
@@ -19,7 +19,7 @@ pub fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// A number rounded to the digits justified by the spread: to a power of ten of at most a fiftieth of it. With at most
+/// A number rounded to the digits justified by the spread: to a power of ten of at most one fiftieth of it; to at most
 /// six digits if the spread is 0.
 pub fn within(value: f64, spread: f64) -> String {
     let place = (spread / 50.0).log10().floor();
@@ -41,7 +41,7 @@ pub fn rounded(value: f64, least: f64) -> String {
     within(value, 50.0 * third.max(10f64.powf(least.log10().floor())))
 }
 
-/// A variable's value without its unit. A 32-bit REAL has as many digits as distinguish it from its neighbours.
+/// A variable's value without its unit. A 32-bit REAL has just enough digits to distinguish it from its neighbours.
 pub fn number(kind: Kind, value: f64) -> String {
     match kind {
         Kind::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.to_string(),

@@ -6,13 +6,13 @@ use std::fmt::Debug;
 /// The maximum number of findings of a kind in a report; one more sentence counts the rest.
 pub const MOST_FINDINGS: usize = 20;
 
-/// The findings of a check, a sentence each.
+/// The findings of a check, one sentence each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
     /// Violations of the FMI standard. A host may reject the FMU.
     pub forbidden: Vec<String>,
-    /// Violations that no importer minds: all those tried run such FMUs without a difference. These are variables
-    /// missing from InitialUnknowns, which importers use only for algebraic loops during initialization.
+    /// Violations that no importer minds: all importers tested run such FMUs just the same. These are variables missing
+    /// from InitialUnknowns, which importers use only for algebraic loops during initialization.
     pub departures: Vec<String>,
     /// Permitted or common practice that may mislead a host.
     pub odd: Vec<String>,
@@ -95,7 +95,7 @@ pub(crate) fn is_structured_name(name: &str) -> bool {
     let Some(inner) = name.strip_prefix("der(").and_then(|inner| inner.strip_suffix(')')) else {
         return is_structured_identifier(name);
     };
-    // An order of the derivative may follow. A comma between indices has a bracket somewhere after it.
+    // The order of the derivative may follow. A comma between indices is followed by a bracket.
     match inner.rsplit_once(',') {
         Some((identifier, order)) if is_number(order) => is_structured_identifier(identifier),
         _ => is_structured_identifier(inner),

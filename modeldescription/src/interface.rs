@@ -1,4 +1,4 @@
-//! A library's description of itself: its block's table, and its side of FMI.
+//! A library's description of itself: its block's table and its support of FMI.
 
 use crate::description::{Capabilities, LogCategory};
 use crate::error::{Error, shortened};
@@ -28,7 +28,7 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// The interface of a table that no library describes: it has no capabilities and log categories.
+    /// The interface of a table that no library describes. It has no capabilities or log categories.
     ///
     /// # Errors
     /// The table is inconsistent.
@@ -50,9 +50,9 @@ impl Interface {
     ///
     /// # Errors
     /// The JSON is malformed or belongs to another version of FMI, the cycle row does not contain the cycle, or a
-    /// response has variables that do not exist; the message gives the location.
+    /// response has variables that do not exist; the message states the location.
     pub fn parse(json: &str) -> Result<Interface, Error> {
-        // The version is read first, because other versions have different keys.
+        // The version is read first because other versions have different keys.
         if let Ok(library) = serde_json::from_str::<serde_json::Value>(json)
             && let Some(version) = library["interface"]["version"].as_str().filter(|version| *version != VERSIONS[0])
         {

@@ -1,8 +1,8 @@
 //! The properties of an FMU, and its modelDescription.xml.
 //!
-//! A library describes its block's [`Table`] and its support of FMI, its [`Interface`]. From these a
-//! [`ModelDescription`] is made, which is written as XML and parsed again, and from which a [`Description`] of the FMU
-//! is made, which is independent of the FMI version.
+//! A library describes its block's [`Table`] and its support of FMI, its [`Interface`]. They are turned into a
+//! [`ModelDescription`], which can be written as XML and parsed again, and from which a [`Description`] of the FMU is
+//! derived that is independent of the FMI version.
 //!
 //! ```text
 //! library --JSON--> Interface --of--> ModelDescription --write--> XML
@@ -34,7 +34,7 @@
 //! # Ok::<(), modeldescription::Error>(())
 //! ```
 //!
-//! The crate names no block, and reads and writes memory only.
+//! The crate knows no specific block and performs no file access.
 
 pub mod arrays;
 mod description;

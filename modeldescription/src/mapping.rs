@@ -1,4 +1,4 @@
-//! The parts of the mapping from a block's table to a model description that all versions share.
+//! The parts of the mapping from a block's table to a model description shared by all versions.
 
 use crate::description::{BaseUnit, Causality, DefaultExperiment, DisplayUnit, Initial, Unit, Variability};
 use crate::error::Error;

@@ -1,4 +1,4 @@
-//! The names of variables, for hosts that take any, and for those that take identifiers alone.
+//! Variable names, for hosts that accept any name and for those that only accept identifiers.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -14,10 +14,10 @@ pub enum Names {
 }
 
 impl Names {
-    /// Returns the name that a host sees.
+    /// Returns the name seen by the host.
     ///
-    /// A flat one has letters, digits and underscores only: the minus of an index becomes `m`, quotes and the end of the
-    /// indices vanish, anything else becomes an underscore.
+    /// A flat name consists of letters, digits and underscores only: the minus of an index becomes `m`, quotes and
+    /// closing brackets are dropped, and anything else becomes an underscore.
     pub fn convert(self, name: &str) -> Cow<'_, str> {
         let is_kept = |character: char| character.is_alphanumeric() || character == '_';
         if self == Names::Structured || name.chars().all(is_kept) {
@@ -38,7 +38,7 @@ impl Names {
         flat.into()
     }
 
-    /// Refuses two names that become one.
+    /// Refuses two names that become identical.
     pub(crate) fn check<'a>(self, names: impl Iterator<Item = &'a str>) -> Result<(), String> {
         if self == Names::Structured {
             return Ok(());

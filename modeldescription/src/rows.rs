@@ -1,4 +1,4 @@
-//! Finds the variables of an FMU for the rows of the table it was made from, whatever its version and types.
+//! Finds the variables of an FMU for the rows of the table it was built from, regardless of its version and types.
 
 use crate::arrays::Array;
 use crate::description::{Description, Type, Variable};
@@ -9,9 +9,9 @@ use blocks::{Kind, Types, Value};
 use std::collections::HashMap;
 
 impl Description {
-    /// The index among the variables of each row of a table. A row is given by its name and whatever the elements of an
-    /// array have in common; the FMU may have flat [`Names`]. Indices of arrays start at 1 here, whatever their lower
-    /// bound in the PLC. The description must be [`expanded`](Description::expanded).
+    /// The variable index of each row of a table. A row is given by its name and a key that all elements of an array
+    /// have in common; the FMU may have flat [`Names`]. Array indices start at 1 here, regardless of their lower bound
+    /// in the PLC. The description must be [`expanded`](Description::expanded).
     pub fn places<'a, K: PartialEq>(&self, rows: impl Iterator<Item = (&'a str, K)>) -> Vec<Option<usize>> {
         let rows: Vec<(&str, K)> = rows.collect();
         let names: HashMap<&str, usize> = self.variables.iter().map(|of| of.name.as_str()).zip(0..).collect();
@@ -33,7 +33,7 @@ fn find<'a, T>(all: &'a HashMap<&str, T>, name: &str) -> Option<&'a T> {
 }
 
 impl Variable {
-    /// Whether its values may be those of a PLC type.
+    /// Whether it can hold the values of a PLC type.
     pub fn is_of(&self, kind: Kind) -> bool {
         let has_name = |types: Types| [false, true].map(|of| types.host_type(kind, of)).contains(&self.type_name);
         let is_real = kind != Kind::Time || self.unit.as_deref() == Some("s");
@@ -46,7 +46,7 @@ impl Variable {
     /// The value before initialization, converted to a PLC type; `None` if there is none.
     ///
     /// # Errors
-    /// The value is not valid for the type: the permitted values, as a text.
+    /// The value is not valid for the type; the error is a description of the permitted values.
     pub fn start_of(&self, kind: Kind) -> Result<Option<Value>, &'static str> {
         match self.exact.first() {
             Some(exact) => of_exact(*exact, kind).map(Some),

@@ -1,4 +1,4 @@
-//! The table of a block in JSON, as its library returns it. Nothing here depends on the version of FMI.
+//! A block's table as the JSON returned by its library. Nothing here depends on the FMI version.
 
 use crate::error::{Error, shortened};
 use blocks::table::number::{of_exact, to_value};
@@ -87,7 +87,7 @@ struct CharacteristicGrammar {
 /// Reads a table.
 ///
 /// # Errors
-/// The JSON is malformed, a value is not one of its type, or a restart value depends on what is no setting.
+/// The JSON is malformed, a value does not fit its type, or a restart value depends on something other than a setting.
 pub fn read_table(json: &str) -> Result<Table, Error> {
     from_json::<TableGrammar>(json)?.table()
 }
@@ -137,7 +137,7 @@ impl RowGrammar {
     fn row(&self, from: Vec<usize>) -> Result<Row, String> {
         let kind = self.kind;
         let value = |number: f64| match kind {
-            // A program may start with a negative duration, which no host can set.
+            // A program may have a negative start value for a duration, which no host can set.
             Kind::Time => Ok(Value::Time(Time::ms((number * 1000.0).round() as i32))),
             _ => to_value(number, kind).map_err(|range| format!("{number:?}: {range}")),
         };
@@ -232,7 +232,7 @@ fn unknown<E: serde::de::Error>(what: &str, name: &str, known: impl Iterator<Ite
     E::custom(format!("unknown {what} `{}`, expected one of {known}", shortened(name)))
 }
 
-/// Parses a library's description of itself. An error gives the position at which the parser stopped, and the text
+/// Parses a library's description of itself. An error states the position at which the parser stopped and the text
 /// before it.
 pub(crate) fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Error> {
     serde_json::from_str(json).map_err(|error| {

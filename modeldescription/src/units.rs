@@ -1,6 +1,6 @@
-//! The physical units that a block's table may name, and their definitions in SI units.
+//! The physical units that a block's table may use, and their definitions in SI units.
 
-/// A unit in SI units: a value in SI base units is `factor` * value + `offset`.
+/// The definition of a unit: a value in SI base units is `factor` * value + `offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(non_snake_case)] // A is the ampere, K the kelvin
 pub struct Definition {
@@ -16,9 +16,9 @@ pub struct Definition {
     pub K: i32,
     /// Exponent of the radian.
     pub rad: i32,
-    /// Multiplied with a value.
+    /// The factor by which a value is multiplied.
     pub factor: f64,
-    /// Added to the product.
+    /// The offset added to the product.
     pub offset: f64,
 }
 
@@ -116,7 +116,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     UNITS.iter().map(|(name, _)| *name)
 }
 
-/// The definition of the unit of this name.
+/// The definition of the unit with this name.
 pub fn definition(name: &str) -> Option<Definition> {
     UNITS.iter().find(|(known, _)| *known == name).map(|(_, definition)| *definition)
 }

@@ -10,13 +10,13 @@ pub use crate::findings::{Findings, MOST_FINDINGS};
 use crate::xml::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
 
-/// All mistakes in a model description that a schema does not detect but that mislead a host, one sentence each.
+/// All mistakes in a model description that a schema does not detect but that may mislead a host, one sentence each.
 ///
 /// The requirements for an FMU of this project exceed those of [`read`](super::read()) for any FMU: the model and the
 /// library have the same name, a C identifier; names, causality, variability and start values agree with the standard's
 /// tables; the model structure lists exactly the variables that belong there.
 ///
-/// If there are more than [`MOST_FINDINGS`] of a kind, the last sentence counts the rest.
+/// If there are more than [`MOST_FINDINGS`] of a kind, the last sentence states the number of further ones.
 pub fn check(description: &ModelDescription) -> Findings {
     let (mut forbidden, mut departures, mut odd) = (Counted::default(), Counted::default(), Counted::default());
     contradictions(description, &mut |_, sentence| forbidden.push(sentence));
@@ -221,7 +221,7 @@ fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)
     }
 }
 
-/// Checks names, texts and the experiment.
+/// Checks names, strings and the default experiment.
 fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mut Counted) {
     let name = &description.model_name;
     if let Some(identifier) = description.model_identifier() {
@@ -333,8 +333,7 @@ fn check_display_unit(
     }
 }
 
-/// Checks that no output shares the value reference of an input or parameter, since it would change when the host sets
-/// that.
+/// Checks that no output has the value reference of an input or parameter: it would change when the host sets that.
 fn check_aliases(description: &ModelDescription, forbidden: &mut Counted) {
     let variables = || description.model_variables.iter();
     let key = |variable: &Variable| (functions(&variable.typed), variable.value_reference);
@@ -359,7 +358,7 @@ fn check_structure(
     let variables = &description.model_variables;
     let structure = &description.model_structure;
     let indexed = || (1..).zip(variables);
-    // Continuous states and their derivatives are unknowns of the initialization as well.
+    // Continuous states and their derivatives are also unknowns of the initialization.
     let mut states = HashSet::new();
     for derivative in &structure.derivatives {
         let variable = place(derivative.index).and_then(|place| variables.get(place));

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 type Types<'a> = HashMap<&'a str, &'a TypeAttributes>;
 
 impl ModelDescription {
-    /// The description of the FMU, independent of the version.
+    /// The description of the FMU, independent of the FMI version.
     pub fn description(&self) -> Description {
         let types: Types = self.type_definitions.iter().map(|of| (of.name.as_str(), &of.attributes)).collect();
         let support =
@@ -37,8 +37,8 @@ impl ModelDescription {
         }
     }
 
-    /// Sets the start value of the variable at this index, with true as 1, and widens its declared range to include it:
-    /// FMI requires that, whereas the blocks accept any value.
+    /// Sets the start value of the variable at this index, with true as 1, and widens its declared range to include it,
+    /// as FMI requires; the blocks accept any value.
     pub(crate) fn set_start(&mut self, place: usize, start: f64) {
         match &mut self.model_variables[place].typed {
             Typed::Real(real) => {

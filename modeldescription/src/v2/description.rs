@@ -35,7 +35,7 @@ elements! {
         copyright "copyright": Option<String>;
         /// The licence.
         license "license": Option<String>;
-        /// The tool that made the FMU.
+        /// The tool that generated the FMU.
         generation_tool "generationTool": Option<String>;
         /// The generation date and time, as `xs:dateTime`.
         generation_date_and_time "generationDateAndTime": Option<String>;
@@ -70,7 +70,7 @@ elements! {
         needs_execution_tool "needsExecutionTool": bool = false;
         /// Whether `fmi2CompletedIntegratorStep` need not be called.
         completed_integrator_step_not_needed "completedIntegratorStepNotNeeded": bool = false;
-        /// Whether a process can hold only one instance.
+        /// Whether a process can have only one instance.
         can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
         /// Whether the FMU does not use the host's memory functions.
         can_not_use_memory_management_functions "canNotUseMemoryManagementFunctions": bool = false;
@@ -98,7 +98,7 @@ elements! {
 
     /// `File`: a source file.
     SourceFile "File" {
-        /// Its path below the FMU's folder `sources`.
+        /// Its path within the FMU's `sources` folder.
         name "name": String;
     }
 
@@ -172,7 +172,7 @@ elements! {
     Variable "ScalarVariable" {
         /// Its name.
         name "name": String;
-        /// Its value reference. Variables of one type that share it are one variable with two names.
+        /// Its value reference. Variables of the same type with the same reference are aliases.
         value_reference "valueReference": u32;
         /// A short description.
         description "description": Option<String>;
@@ -180,7 +180,7 @@ elements! {
         causality "causality": Causality = Causality::Local;
         /// Its variability: when it changes.
         variability "variability": Variability = Variability::Continuous;
-        /// How its initial value is determined, if the file says so; see [`Variable::initial_or_default`].
+        /// How its initial value is determined, if stated in the file; see [`Variable::initial_or_default`].
         initial "initial": Option<Initial>;
         /// Model exchange only.
         can_handle_multiple_set_per_time_instant "canHandleMultipleSetPerTimeInstant": Option<bool>;
@@ -197,7 +197,7 @@ elements! {
         attributes: RealAttributes;
         /// The value before initialization.
         start "start": Option<f64>;
-        /// The index of the variable of which it is the derivative.
+        /// The index of the variable whose derivative it is.
         derivative "derivative": Option<u32>;
         /// Model exchange only: whether an event may set this state.
         reinit "reinit": bool = false, omitted;
@@ -269,7 +269,7 @@ choices! {
         Integer(Integer);
         /// True or false.
         Boolean(Boolean);
-        /// A text.
+        /// A string.
         String(Text);
         /// One of several named numbers.
         Enumeration(Enumeration);
@@ -283,7 +283,7 @@ choices! {
         Integer(IntegerAttributes);
         /// True or false.
         Boolean(BooleanType);
-        /// A text.
+        /// A string.
         String(StringType);
         /// One of several named numbers.
         Enumeration(EnumerationType);
@@ -291,7 +291,7 @@ choices! {
 }
 
 impl ModelDescription {
-    /// The name of the library and prefix of its functions; that of co-simulation if the FMU supports both.
+    /// The name of the library and prefix of its functions; the one for co-simulation if the FMU supports both.
     pub fn model_identifier(&self) -> Option<&str> {
         let co_simulation = self.co_simulation.as_ref().map(|flags| flags.model_identifier.as_str());
         co_simulation.or(self.model_exchange.as_ref().map(|flags| flags.model_identifier.as_str()))

@@ -18,14 +18,14 @@ use blocks::{Class, Kind, Role, Row, Table, Text, Value};
 impl ModelDescription {
     /// Creates the model description of the FMU with this library.
     ///
-    /// Inputs become discrete inputs, settings tunable or fixed parameters, each with its start value. Outputs and
-    /// locals are discrete and calculated; they depend on no input of the same instant, and initially on the settings
-    /// listed in the table. REAL, LREAL and TIME become Real, WORD and INT become Integer, BOOL becomes Boolean. Ranges
-    /// are those of the table.
+    /// Inputs become discrete inputs, settings become tunable or fixed parameters, each with its start value. Outputs
+    /// and locals are discrete and calculated; they do not depend on inputs at the same instant, and initially depend
+    /// on the settings listed in the table. REAL, LREAL and TIME become Real, WORD and INT become Integer, BOOL becomes
+    /// Boolean. Ranges are copied from the table.
     ///
     /// # Errors
-    /// The table has an entry that a model description forbids: an unknown unit, a start value out of range, a
-    /// duplicate name.
+    /// The table has an entry that is not allowed in a model description: an unknown unit, a start value out of range,
+    /// or a duplicate name.
     pub fn from_interface(interface: &Interface) -> Result<ModelDescription, Error> {
         let (table, names) = (&interface.table, interface.names);
         let all = table.rows.iter().map(|row| &row.name).chain(table.texts.iter().map(|text| &text.name));
@@ -144,8 +144,8 @@ fn integer(value: Value) -> Option<i32> {
     exact(value).map(|integer| integer as i32)
 }
 
-/// All outputs, in index order. They depend on nothing of the same instant, because they change only in `fmi2DoStep`.
-/// Before that they have their values after a restart, which depend on the settings listed in the table.
+/// All outputs, in index order. They depend on nothing at the same instant because they change only in `fmi2DoStep`.
+/// Before that, they have their values after a restart, which depend on the settings listed in the table.
 fn structure(table: &Table) -> ModelStructure {
     let unknown = |index, dependencies| Unknown { index, dependencies: Some(dependencies), dependencies_kind: None };
     let outputs = (1..).zip(&table.rows).filter(|(_, row)| row.role == Role::Output);

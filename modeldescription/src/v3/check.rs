@@ -11,8 +11,8 @@ use crate::findings::{Counted, Findings, check_range, is_identifier, is_structur
 use crate::xml::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
 
-/// All mistakes in a model description that a schema does not detect but that mislead a host, one sentence each, as for
-/// FMI 2.0.
+/// All mistakes in a model description that a schema does not detect but that may mislead a host, one sentence each, as
+/// for FMI 2.0.
 pub fn check(description: &ModelDescription) -> Findings {
     let (mut forbidden, mut departures, mut odd) = (Counted::default(), Counted::default(), Counted::default());
     contradictions(description, &mut |_, sentence| forbidden.push(sentence));
@@ -234,7 +234,7 @@ fn check_typed(
     }
 }
 
-/// Checks names, texts and the experiment.
+/// Checks names, strings and the default experiment.
 fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mut Counted) {
     let name = &description.model_name;
     if let Some(identifier) = description.model_identifier() {
@@ -362,7 +362,7 @@ fn check_structure(
 ) {
     let variables = &description.model_variables;
     let structure = &description.model_structure;
-    // Continuous states and their derivatives are unknowns of the initialization as well.
+    // Continuous states and their derivatives are also unknowns of the initialization.
     let mut states = HashSet::new();
     for derivative in &structure.continuous_state_derivatives {
         let reference = derivative.unknown.value_reference;

@@ -14,7 +14,7 @@ use std::collections::HashMap;
 type Types<'a> = HashMap<&'a str, &'a TypeAttributes>;
 
 impl ModelDescription {
-    /// The description of the FMU, independent of the version. An alias becomes a separate variable.
+    /// The description of the FMU, independent of the FMI version. An alias becomes a separate variable.
     pub fn description(&self) -> Description {
         let types: Types = self.type_definitions.iter().map(|of| (of.name.as_str(), &of.attributes)).collect();
         // The model identifier comes first.
@@ -72,7 +72,7 @@ impl ModelDescription {
     }
 
     /// Sets the start values of variables or elements of arrays, by index, and widens their declared ranges to include
-    /// them: FMI requires that, whereas the blocks accept any value.
+    /// them, as FMI requires; the blocks accept any value.
     ///
     /// # Panics
     /// An index does not exist.
@@ -94,7 +94,7 @@ impl ModelDescription {
 
 /// Sets the start value of an element of a variable.
 fn set_start(variable: &mut Variable, element: usize, count: usize, start: Value) {
-    // The shortest text of a 32-bit number differs from that of the same 64-bit number.
+    // The shortest decimal form of a 32-bit number differs from that of the same 64-bit number.
     let is_narrow = matches!(variable.typed, Typed::Float32(_));
     match &mut variable.typed {
         Typed::Float32(own) | Typed::Float64(own) => {
@@ -124,7 +124,7 @@ fn elements(of: &Variable, sizes: &HashMap<u32, u64>) -> usize {
     count.filter(|count| *count <= MOST_ELEMENTS).map_or(1, |count| count as usize)
 }
 
-/// Stores a start value of an array, which may so far have one value for all elements.
+/// Stores the start value of an array element. The array may have had a single value for all elements so far.
 fn put<T: Copy + Default>(starts: &mut Option<Vec<T>>, element: usize, count: usize, start: T) {
     let starts = starts.get_or_insert_default();
     if starts.len() != count {
@@ -139,7 +139,7 @@ fn widen<T: PartialOrd + Copy>(min: &mut Option<T>, max: &mut Option<T>, start: 
     *max = max.map(|max| if start > max { start } else { max });
 }
 
-/// A size of an array, if known.
+/// The size of a dimension, if known.
 pub(super) fn size(of: &Dimension, sizes: &HashMap<u32, u64>) -> Option<u64> {
     of.start.or_else(|| sizes.get(&of.value_reference?).copied())
 }
@@ -185,7 +185,7 @@ fn described(of: &Variable, types: &Types, sizes: &HashMap<u32, u64>) -> descrip
             let of_type = declared.and_then(TypeAttributes::float);
             let FloatAttributes { unit, display_unit, min, max, .. } = &own.attributes;
             let is_narrow = matches!(of.typed, Typed::Float32(_));
-            // A Float32 has the nearest 32-bit number.
+            // A Float32 holds the nearest 32-bit number.
             let value = |number: f64| if is_narrow { f64::from(number as f32) } else { number };
             let starts = own.start.as_ref().map(|starts| starts.iter().copied().map(value).collect());
             let bare = description::Variable {

@@ -6,8 +6,8 @@
 //! them understands them.
 //!
 //! The fifteen elements for variables share one struct, [`Variable`], and the fourteen for types another,
-//! [`TypeDefinition`]: `attributes.rs` explains the syntax of the lines, `variable.rs` which attributes belong to which
-//! element.
+//! [`TypeDefinition`]: `attributes.rs` explains the syntax of the lines, `variable.rs` defines which attributes belong
+//! to which element.
 
 pub use super::variable::{TypeAttributes, TypeDefinition, Typed, Variable};
 pub use crate::description::{
@@ -41,7 +41,7 @@ elements! {
         copyright "copyright": Option<String>;
         /// The licence.
         license "license": Option<String>;
-        /// The tool that made the FMU.
+        /// The tool that generated the FMU.
         generation_tool "generationTool": Option<String>;
         /// The generation date and time, as `xs:dateTime`.
         generation_date_and_time "generationDateAndTime": Option<String>;
@@ -74,7 +74,7 @@ elements! {
         model_identifier "modelIdentifier": String;
         /// Whether the FMU only connects to a tool, which must be installed.
         needs_execution_tool "needsExecutionTool": bool = false;
-        /// Whether a process can hold only one instance.
+        /// Whether a process can have only one instance.
         can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
         /// Whether the FMU's state can be saved and restored.
         can_get_and_set_fmu_state "canGetAndSetFMUState": bool = false;
@@ -143,9 +143,9 @@ elements! {
     DisplayUnit "DisplayUnit" {
         /// Its name, by which variables refer to it.
         name "name": String;
-        /// Multiplied with a value.
+        /// The factor by which a value is multiplied.
         factor "factor": f64 = 1.0, omitted;
-        /// Added to the product.
+        /// The offset added to the product.
         offset "offset": f64 = 0.0, omitted;
         /// Whether the reciprocal of the value is displayed.
         inverse "inverse": bool = false, omitted;
@@ -161,7 +161,7 @@ elements! {
         description "description": Option<String>;
         /// Its causality: who sets it.
         causality "causality": Causality = Causality::Local;
-        /// Its variability: when it changes, if the file says so; see [`Variable::variability`].
+        /// Its variability: when it changes, if stated in the file; see [`Variable::variability`].
         variability "variability": Option<Variability>;
         /// Model exchange only.
         can_handle_multiple_set_per_time_instant "canHandleMultipleSetPerTimeInstant": Option<bool>;
@@ -169,11 +169,11 @@ elements! {
         clocks "clocks": Option<Vec<u32>>;
         /// Whether it can be accessed in the intermediate update.
         intermediate_update "intermediateUpdate": Option<bool>;
-        /// The value reference of the variable whose value at the last clock tick it holds.
+        /// The value reference of the variable whose value at the previous clock tick it holds.
         previous "previous": Option<u32>;
         /// The type definition that it refers to.
         declared_type "declaredType": Option<String>;
-        /// How its initial value is determined, if the file says so; see [`Variable::initial_or_default`].
+        /// How its initial value is determined, if stated in the file; see [`Variable::initial_or_default`].
         initial "initial": Option<Initial>;
     }
 
@@ -204,7 +204,7 @@ elements! {
         attributes: FloatAttributes;
         /// The values before initialization: one for each element, or one for all.
         start "start": Option<Vec<f64>>;
-        /// The value reference of the variable of which it is the derivative.
+        /// The value reference of the variable whose derivative it is.
         derivative "derivative": Option<u32>;
         /// Model exchange only: whether an event may set this state.
         reinit "reinit": bool = false, omitted;
@@ -244,11 +244,11 @@ elements! {
 
     /// The attributes shared by a Clock and its declared type.
     ClockAttributes {
-        /// Whether the host may switch it off.
+        /// Whether the host may deactivate it.
         can_be_deactivated "canBeDeactivated": bool = false, omitted;
         /// Scheduled execution only: the priority; lower numbers come first.
         priority "priority": Option<u32>;
-        /// The origin of its interval.
+        /// The source of its interval.
         interval_variability "intervalVariability": IntervalVariability;
         /// The interval in seconds.
         interval_decimal "intervalDecimal": Option<f64>;
@@ -260,7 +260,7 @@ elements! {
         resolution "resolution": Option<u64>;
         /// The interval as a counter.
         interval_counter "intervalCounter": Option<u64>;
-        /// The time of the first tick as a counter.
+        /// The time of the first tick, as a counter.
         shift_counter "shiftCounter": u64 = 0, omitted;
     }
 
@@ -272,7 +272,7 @@ elements! {
         value_reference "valueReference": Option<u32>;
     }
 
-    /// `Start`: a text, or bytes in hexadecimal.
+    /// `Start`: a string, or bytes in hexadecimal.
     Start "Start" {
         /// The value.
         value "value": Option<String>;
@@ -366,13 +366,13 @@ words! {
         Output "output",
         /// The FMU, for internal use.
         Local "local",
-        /// Not set by anyone: it is the time.
+        /// Nothing: it is the time.
         Independent "independent",
         /// The host, in Configuration Mode: array sizes depend on it.
         StructuralParameter "structuralParameter",
     }
 
-    /// The origin of a clock's interval.
+    /// The source of a clock's interval.
     #[derive(Default)]
     IntervalVariability {
         /// The file.
@@ -392,7 +392,7 @@ words! {
 }
 
 impl ModelDescription {
-    /// The name of the library; that of co-simulation if the FMU supports several kinds of simulation.
+    /// The name of the library; the one for co-simulation if the FMU supports several kinds of simulation.
     pub fn model_identifier(&self) -> Option<&str> {
         let simulated = self.co_simulation.as_ref().map(|own| &own.of);
         let exchanged = self.model_exchange.as_ref().map(|own| &own.of);

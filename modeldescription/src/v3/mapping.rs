@@ -18,8 +18,8 @@ use blocks::table::number::exact;
 use blocks::{Class, Kind, Role, Row, Table, Text, Types, Value};
 use std::collections::HashSet;
 
-/// Returns the instantiation token of an FMU: its GUID with the version and the choice of types, so that the library
-/// knows which interface is expected.
+/// Returns the instantiation token of an FMU: its GUID combined with the version and the choice of types, so that the
+/// library knows which interface is expected.
 pub fn token(guid: &str, types: Types) -> String {
     let hash = fingerprint::parse(guid).unwrap_or(fingerprint::checksum(guid.as_bytes()));
     String::from_utf8_lossy(&fingerprint::text(types.token(hash))).into_owned()
@@ -28,12 +28,12 @@ pub fn token(guid: &str, types: Types) -> String {
 impl ModelDescription {
     /// Creates the model description of the FMU with this library.
     ///
-    /// As for FMI 2.0, but with the PLC's types unless [`Types::Wide`] is requested, with arrays as arrays, and with
-    /// the time, which comes last.
+    /// As for FMI 2.0, but with the PLC's types unless [`Types::Wide`] is requested, with arrays kept as arrays, and
+    /// with the time as the last variable.
     ///
     /// # Errors
-    /// The table has an entry that a model description forbids: an unknown unit, a start value out of range, a
-    /// duplicate name.
+    /// The table has an entry that is not allowed in a model description: an unknown unit, a start value out of range,
+    /// or a duplicate name.
     pub fn from_interface(interface: &Interface) -> Result<ModelDescription, Error> {
         let table = &interface.table;
         let own = &interface.capabilities;
@@ -118,7 +118,7 @@ fn text_groups(table: &Table, types: Types) -> Vec<Group> {
     grouped(texts.map(|text| (text.name.as_str(), (text.ty, text.role))), types.has_arrays())
 }
 
-/// The unit of a row, if it is a floating-point number; integers have none.
+/// The unit of a row, if it is a floating-point number; integers have no unit.
 fn unit(row: &Row, types: Types) -> Option<&str> {
     let is_float = matches!(types.host_type(row.kind, row.is_analog), "Float32" | "Float64");
     if is_float { row.shown_unit() } else { None }
@@ -201,7 +201,7 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
         return Err(format!("unit {unit:?}: a TIME is in seconds; leave out its unit"));
     }
     if matches!(name, "Float32" | "Float64") {
-        // A 32-bit number is written as the shortest text that distinguishes it from its neighbours.
+        // A 32-bit number is written with the fewest digits that distinguish it from its neighbours.
         let value = |number: f64| match name {
             "Float32" => (number as f32).to_string().parse().unwrap_or(number),
             _ => number,
@@ -253,15 +253,15 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     })
 }
 
-/// A WORD or DWORD as another integer with the same bits, which loses its range.
+/// A WORD or DWORD as another integer type with the same bits; the range is dropped.
 fn bits(mut own: Integer, of: fn(i128) -> i128) -> Integer {
     own.start.iter_mut().flatten().for_each(|start| *start = of(*start));
     own.attributes = IntegerAttributes::default();
     own
 }
 
-/// All outputs, in the order of their value references. They depend on nothing of the same instant, because they change
-/// only in a call, which is a step or a separate instant. Before that they have their values after a restart, which
+/// All outputs, in the order of their value references. They depend on nothing at the same instant because they change
+/// only in a call, which is a step or a separate instant. Before that, they have their values after a restart, which
 /// depend on the settings listed in the table.
 fn structure(table: &Table, rows: &[Group], texts: &[Group]) -> ModelStructure {
     let mut references = vec![0; table.rows.len()];

@@ -49,7 +49,7 @@ pub enum Typed {
     UInt64(Integer),
     /// True or false.
     Boolean(Boolean),
-    /// A text.
+    /// A string.
     String,
     /// A byte string.
     Binary(BinaryAttributes),
@@ -97,7 +97,7 @@ pub enum TypeAttributes {
     UInt64(IntegerAttributes),
     /// True or false.
     Boolean,
-    /// A text.
+    /// A string.
     String,
     /// A byte string.
     Binary(BinaryAttributes),
@@ -107,7 +107,7 @@ pub enum TypeAttributes {
     Clock(ClockAttributes),
 }
 
-/// Defines the elements of one kind: for each variant its XML name, and its attributes if it has any.
+/// Defines the elements of one kind: for each variant, its XML name and its attributes, if any.
 macro_rules! typed {
     ($Enum:ident by default $default:expr, ending in $end:literal: $($Variant:ident $(($Content:ty))?),*) => {
         impl $Enum {
@@ -119,7 +119,7 @@ macro_rules! typed {
                 match self { $( typed!(@pattern $Enum $Variant $(content $Content)?) => concat!(stringify!($Variant), $end), )* }
             }
 
-            /// The standard's name of the type.
+            /// The standard's name for the type.
             pub fn name(&self) -> &'static str {
                 match self { $( typed!(@pattern $Enum $Variant $(content $Content)?) => stringify!($Variant), )* }
             }
@@ -312,7 +312,7 @@ impl Typed {
         })
     }
 
-    /// The contents of an integer or enumeration, mutable.
+    /// Mutable access to the contents of an integer or enumeration.
     pub(super) fn integer_mut(&mut self) -> Option<&mut Integer> {
         match self {
             Typed::Int8(own)

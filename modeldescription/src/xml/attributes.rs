@@ -1,7 +1,7 @@
-//! The expansion of a line of the tables in `description.rs`, common and per version: a field of a struct, and the code
-//! that reads and writes it.
+//! The macros that expand each line of the tables in `description.rs`, common and per version, to a struct field and
+//! the code that reads and writes it.
 //!
-//! [`elements!`] makes a struct of each element, or of a group of attributes that elements share:
+//! [`elements!`] creates a struct for each element, or for a group of attributes shared by elements:
 //!
 //! ```text
 //! Name "Element" {                                  a group has no "Element"
@@ -20,10 +20,9 @@
 //! ```
 //!
 //! Attributes and children are written in the order of the lines, which is the schema's, and read in any order. The
-//! struct's [`Default`] has the defaults of the lines.
+//! struct's [`Default`] uses the defaults in the lines.
 //!
-//! [`choices!`] makes an enum of elements that exclude each other, [`words!`] one of the words that an attribute may
-//! have as value.
+//! [`choices!`] creates an enum from mutually exclusive elements, [`words!`] from the permitted values of an attribute.
 
 use super::lexical::Value;
 use super::read::{Attribute, Document, Tag};
@@ -147,7 +146,7 @@ pub(crate) fn value<T: Value>(
 
 /// Writes an attribute unless its value equals `omitted`.
 pub(crate) fn write<T: Value>(name: &'static str, value: &T, omitted: Option<T>, sink: Sink<'_>) {
-    // Texts are compared because they distinguish -0.0 from 0.0.
+    // The strings are compared because they distinguish -0.0 from 0.0.
     if let Some(text) = value.text()
         && omitted.is_none_or(|omitted| omitted.text().as_ref() != Some(&text))
     {
@@ -175,7 +174,7 @@ pub(crate) fn read_list<T: Element>(
     Ok(true)
 }
 
-/// The total number of names in all parts.
+/// The total number of names in these parts.
 pub(crate) const fn length(parts: &[&[&str]]) -> usize {
     let (mut length, mut part) = (0, 0);
     while part < parts.len() {
@@ -201,7 +200,7 @@ pub(crate) const fn joined<const COUNT: usize>(parts: &[&[&'static str]]) -> [&'
 }
 
 macro_rules! elements {
-    // `with` adds an attribute that has no field because its value is always the same; `and json` makes the struct
+    // `with` adds an attribute without a field, because its value is always the same; `and json` makes the struct
     // readable from JSON, where the attributes' names are the keys.
     ($(
         $(#[$meta:meta])*
@@ -356,7 +355,7 @@ macro_rules! choices {
         pub enum $Name { $( $(#[$doc])* $Variant($Content), )* }
 
         impl $Name {
-            /// The standard's name of the type.
+            /// The standard's name for the type.
             pub fn name(&self) -> &'static str {
                 match self { $( $Name::$Variant(_) => stringify!($Variant), )* }
             }

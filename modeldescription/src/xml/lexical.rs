@@ -1,4 +1,4 @@
-//! Attribute values as XML Schema writes them.
+//! Attribute values as written in XML Schema.
 
 use std::borrow::Cow;
 
@@ -7,13 +7,13 @@ pub(crate) const SPACES: [char; 4] = [' ', '\t', '\n', '\r'];
 
 /// A type of attribute values. White space around numbers and words is ignored when reading.
 pub(crate) trait Value: Sized {
-    /// Parses a value; `None` if the text is invalid.
+    /// Parses a value; `None` if the string is invalid.
     fn parse(text: &str) -> Option<Self>;
 
-    /// A description of valid texts for messages: "expected ...".
+    /// A description of valid strings, for messages: "expected ...".
     fn expected() -> Cow<'static, str>;
 
-    /// The text that reads back as this value; `None` if the attribute is omitted.
+    /// The string that reads back as this value; `None` if the attribute is omitted.
     fn text(&self) -> Option<Cow<'_, str>>;
 
     /// The value of an absent attribute without a default; `None` if the attribute is required.
@@ -42,7 +42,7 @@ impl Value for f64 {
             "NaN" => Some(f64::NAN),
             "INF" => Some(f64::INFINITY),
             "-INF" => Some(f64::NEG_INFINITY),
-            // Rust accepts words that XML Schema does not have, such as `inf` and `infinity`.
+            // Rust also accepts words unknown to XML Schema, such as `inf` and `infinity`.
             text if text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E')) => {
                 text.parse().ok()
             }

@@ -7,7 +7,7 @@ use quick_xml::events::{BytesDecl, BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::borrow::Cow;
 
-/// The limits for reading. A file within them takes at most about ten times its size as memory.
+/// The limits for reading. A file within them takes at most about ten times its size in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// The size of the file in bytes.
@@ -26,12 +26,12 @@ impl Default for Limits {
     }
 }
 
-/// The version of FMI by which a document is read.
+/// The version of FMI according to which a document is read.
 #[derive(Clone, Copy)]
 pub(crate) struct Schema {
     /// The version as stated by `fmiVersion`.
     pub(crate) version: &'static str,
-    /// The name of the root, and what such a file is.
+    /// The name of the root element, and the term for this kind of file.
     pub(crate) root: (&'static str, &'static str),
     /// The names of the elements that are variables.
     pub(crate) variables: &'static [&'static str],
@@ -83,7 +83,7 @@ pub(crate) fn read_root<T: Element>(
     }
 }
 
-/// The error of the XML reader, shortened because it may quote a name of any length.
+/// The XML reader's error, shortened because it may quote a name of any length.
 fn not_xml(error: &impl std::fmt::Display) -> String {
     format!("this is not XML: {:.300}", error.to_string())
 }
@@ -115,8 +115,8 @@ impl Tag<'_> {
         at_line(self.text.as_bytes(), self.place, &format!("{}: {sentence}", shortened(self.name())))
     }
 
-    /// The attributes with these names, in their order. Attributes of other namespaces are skipped, others are
-    /// rejected.
+    /// The attributes with these names, in the order of the names. Attributes of other namespaces are skipped; any
+    /// others are rejected.
     pub(crate) fn attributes<const COUNT: usize>(
         &self,
         names: &[&'static str],
@@ -126,7 +126,7 @@ impl Tag<'_> {
         Ok(attributes)
     }
 
-    /// Stores the attributes with these names in `attributes`, in their order.
+    /// Stores the attributes with these names in `attributes`, in the order of the names.
     pub(crate) fn read_attributes<'e>(
         &'e self,
         names: &[&'static str],
@@ -276,7 +276,7 @@ impl<'a> Document<'a> {
         }
         let encoding = declaration.encoding().transpose();
         let encoding = encoding.map_err(|error| self.refused(0, &not_xml(&error)))?;
-        // ASCII text is the same in any encoding that is likely here.
+        // ASCII text is the same in every encoding likely to occur here.
         if let Some(encoding) = encoding.filter(|encoding| !encoding.eq_ignore_ascii_case("utf-8"))
             && !self.text.is_ascii()
         {
@@ -389,7 +389,7 @@ fn cut_off(element: &Tag<'_>) -> Error {
     element.refused("the file ends inside this element: it is cut off")
 }
 
-/// The version is determined first, because other versions of FMI have different attributes.
+/// The version is determined first because other versions of FMI have different attributes.
 fn version_among(versions: &[&'static str], root: &Tag<'_>) -> Result<usize, Error> {
     let mut attributes = root.tag.attributes();
     let attributes = attributes.with_checks(false).filter_map(Result::ok);
