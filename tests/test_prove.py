@@ -58,7 +58,7 @@ def test_the_source_calls_the_block_of_the_plc_and_says_how_to_run_it(source):
     ("state", "more", "code", "says"),
     [
         (1, {"done": 300}, 0, "CONT_C: 300 calls, 0 differ\n"),
-        (0, {"done": 120}, 1, "CONT_C: 120 of 300 calls, 0 differ so far; the PLC goes on\n"),
+        (0, {"done": 120}, 1, "CONT_C: 120 of 300 calls, 0 differ so far; the proof is still running\n"),
         (
             2,
             {"done": 17, "output": 1, "expected": 0x41480000, "found": 0x41480001},

@@ -50,7 +50,7 @@ impl Printer<'_> {
             Expr::Texts(op, a, b) => {
                 let (first, second) = (self.type_of(a)?, self.type_of(b)?);
                 let (Type::Text { capacity: p, wide }, Type::Text { capacity: q, .. }) = (first, second) else {
-                    return Err("only texts are compared as texts".to_string());
+                    return Err("only strings are compared as strings".to_string());
                 };
                 let (a, b) = self.addresses(a, b)?;
                 let symbol = symbol(*op).map_or("==", |(symbol, _)| symbol);
@@ -299,7 +299,7 @@ impl Printer<'_> {
         let mut number = String::new();
         for dimension in 0..dimensions {
             let Some(((index, is_checked), rest)) = later.split_first() else {
-                return Err("an array has more dimensions".to_string());
+                return Err("an array index is missing".to_string());
             };
             *later = rest;
             let (low, high) = match bounds {

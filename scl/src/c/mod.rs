@@ -629,7 +629,7 @@ impl<'a> Printer<'a> {
             return Err(format!("{name} cannot be printed as C"));
         };
         if self.facts[law].needs_call || self.facts[law].needs_memory {
-            return Err(format!("{name} has a loop, and cannot be printed as C in a program"));
+            return Err(format!("{name} has a loop and cannot be printed as C in a program"));
         }
         let runs = self.program.runs(number);
         let parts: Vec<String> =

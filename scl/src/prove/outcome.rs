@@ -31,14 +31,14 @@ pub(super) const FIELDS: [Field; 11] = [
     field("magic", "DWORD", "PLCF"),
     field("layout", "INT", "layout of this data block"),
     field("state", "INT", "0: running, 1: all calls done without a difference, 2: stopped at a difference"),
-    field("seed", "DWORD", "what the tape was made with"),
+    field("seed", "DWORD", "seed of the tape"),
     field("tape", "DWORD", "fingerprint of the tape"),
-    field("calls", "DINT", "calls of the tape"),
-    field("done", "DINT", "calls that were made"),
-    field("output", "INT", "number of the output that differs, from 1"),
+    field("calls", "DINT", "calls on the tape"),
+    field("done", "DINT", "calls made"),
+    field("output", "INT", "number of the differing output, from 1"),
     field("spare", "INT", "not used"),
-    field("expected", "DWORD", "its bits by the tape"),
-    field("found", "DWORD", "its bits by the block of this PLC"),
+    field("expected", "DWORD", "its bits on the tape"),
+    field("found", "DWORD", "its bits in this PLC"),
 ];
 
 /// The start values of the result's members.
@@ -103,7 +103,7 @@ impl Outcome {
         }
         if short(4) != FORMAT {
             return Err(format!(
-                "its layout is {}, and {FORMAT} is known here; use the plcfmu that made the source",
+                "its layout is {}, but this plcfmu reads {FORMAT}; use the version that wrote the source",
                 short(4)
             ));
         }
@@ -111,10 +111,10 @@ impl Outcome {
             RUNNING => State::Running,
             COMPLETE => State::Complete,
             DIFFERS => {
-                let output = usize::from(short(24)).checked_sub(1).ok_or("it names no output that differs")?;
+                let output = usize::from(short(24)).checked_sub(1).ok_or("it does not name the differing output")?;
                 State::Differs { output, expected: long(28), found: long(32) }
             }
-            other => return Err(format!("its state is {other}, which no proof writes")),
+            other => return Err(format!("its state {other} is invalid")),
         };
         Ok(Outcome { state, calls: long(16), done: long(20), seed: long(8), tape: long(12) })
     }
@@ -134,7 +134,7 @@ impl Outcome {
         let calls = grouped(self.calls);
         match self.state {
             State::Running => {
-                format!("{block}{} of {calls} calls, 0 differ so far; the PLC goes on", grouped(self.done))
+                format!("{block}{} of {calls} calls, 0 differ so far; the proof is still running", grouped(self.done))
             }
             State::Complete => format!("{block}{calls} calls, 0 differ"),
             State::Differs { output, expected, found } => {

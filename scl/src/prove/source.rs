@@ -134,14 +134,10 @@ impl Source<'_> {
         ));
         self.line("//");
         let call = call(self.tape, self.names, self.dialect);
-        self.line(&format!(
-            "// Load all blocks of this source, and call the function block once in each cycle: {call}"
-        ));
-        self.line(&format!(
-            "// It makes a call in each cycle and stops after {calls} of them, or at the first difference."
-        ));
-        self.line(&format!("// Then {} says what was found; plcfmu prove --read reads it.", self.name(2)));
-        self.line("// To run it again, load its data blocks again, with their start values.");
+        self.line(&format!("// Load all blocks of this source and call the function block once per cycle: {call}"));
+        self.line(&format!("// It makes one call per cycle and stops after {calls} calls or at the first difference."));
+        self.line(&format!("// Then {} contains the result; read it with plcfmu prove --read.", self.name(2)));
+        self.line("// To run it again, reload its data blocks with their start values.");
         self.line(&format!("// The tape has {} changes: {bytes} bytes in {parts} data blocks.", entries.len()));
     }
 
@@ -205,7 +201,7 @@ impl Source<'_> {
         self.line("    END_STRUCT;");
         self.line(&format!("    expected : ARRAY[1..{outputs}] OF DWORD;  // the bits of its outputs, from the tape"));
         self.line(&format!("    found : ARRAY[1..{outputs}] OF DWORD;  // the bits of its outputs"));
-        self.line("    place : DINT;  // how many changes of the tape are done");
+        self.line("    place : DINT;  // number of tape changes applied");
         self.line("END_VAR\nVAR_TEMP");
         for variable in ["part : INT", "index : INT", "value : DWORD", "what : INT", "output : INT", "is_last : BOOL"] {
             self.line(&format!("    {variable};"));
@@ -244,7 +240,7 @@ impl Source<'_> {
         self.line(&format!("        {place} := {place} + 1;"));
         self.line(&format!("        {is_last} := {what} >= 128;"));
         self.line(&format!("        IF {is_last} THEN\n            {what} := {what} - 128;\n        END_IF;"));
-        self.line("        // An input of this call, or what an output must be after it.");
+        self.line("        // An input of this call, or the expected value of an output after it.");
         self.line(&format!("        CASE {what} OF"));
         for (number, row) in tape.inputs.iter().enumerate() {
             let row = &rows[*row];
@@ -261,7 +257,7 @@ impl Source<'_> {
         self.line(&format!("                {expected}[{what} - {}] := {value};", first - 1));
         self.line("        END_CASE;");
         self.line(&format!("    UNTIL {is_last}\n    END_REPEAT;"));
-        self.line("    // The PLC's own block, once, and the bits of its outputs.");
+        self.line("    // Call the PLC's own block once and take the bits of its outputs.");
         let own: Vec<&StaticRow> = tape.inputs.iter().map(|row| &rows[*row]).filter(|row| !row.is_inner()).collect();
         for (number, row) in own.iter().enumerate() {
             let before = if number == 0 { format!("    {tested}(") } else { "        ".to_string() };
@@ -274,7 +270,7 @@ impl Source<'_> {
             self.line(&format!("    {found}[{}] := {text};", number + 1));
         }
         self.line(&format!("    {result}.done := {result}.done + 1;"));
-        self.line("    // The first output with other bits than on the tape ends the proof.");
+        self.line("    // The first output whose bits differ from the tape ends the proof.");
         self.line(&format!("    FOR {output} := 1 TO {} DO", tape.outputs.len()));
         self.line(&format!("        IF {found}[{output}] <> {expected}[{output}] THEN"));
         self.line(&format!("            {result}.state := {};", outcome::DIFFERS));
