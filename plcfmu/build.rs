@@ -1,13 +1,14 @@
-//! Puts files into the command, as lists of (path, text): the sources of `blocks` and `fmu`, for `plcfmu new`, in `sources.rs`;
-//! those of the parameter tool's page in `web.rs`. And, in `program_library.rs`, the library that runs all programs in SCL, or where
-//! it can be built.
+//! Embeds files into the command, as lists of (path, text): in `sources.rs`, the sources of `blocks` and `fmu` for
+//! `plcfmu new`; in `web.rs`, the sources of the parameter tool's page. In `program_library.rs`, it embeds the library
+//! that runs all programs in SCL, or the folder in which to build it.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs, io};
 
-/// The variable that, set to `beside`, leaves the library of programs out: a release has it beside the command, for all platforms.
+/// The variable that, set to `beside`, leaves out the program library: a release has it next to the command, for all
+/// platforms.
 const PROGRAMS: &str = "PLCFMU_PROGRAMS";
 
 fn main() -> io::Result<()> {
@@ -16,7 +17,7 @@ fn main() -> io::Result<()> {
     for library in ["blocks", "fmu"] {
         let folder = root.join(library).join("src");
         println!("cargo::rerun-if-changed={}", folder.display());
-        // Rust sources and the files that they include: the documentation of the blocks, the door in C.
+        // Rust sources and the files that they include: the blocks' documentation and the C door.
         let is_source =
             |path: &Path| path.extension().is_some_and(|of| ["rs", "md", "c", "h"].iter().any(|wanted| of == *wanted));
         collect(&folder, &is_source, &mut files)?;
@@ -35,9 +36,9 @@ fn main() -> io::Result<()> {
     fs::write(out().join("program_library.rs"), text)
 }
 
-/// Where the library of programs comes from, as an expression: its bytes, or the clone's folder. It is compiled here where the
-/// command is optimized, so that a command that `cargo install` has made needs neither the clone nor cargo. For a command that is
-/// compiled again and again that would take too long.
+/// The source of the program library, as an expression: its bytes, or the clone's folder. It is compiled here only for
+/// an optimized command, so that a command built by `cargo install` needs neither the clone nor cargo. For a debug
+/// build, which is compiled often, that would take too long.
 fn program_library(root: &Path) -> io::Result<String> {
     println!("cargo::rerun-if-env-changed={PROGRAMS}");
     if env::var_os(PROGRAMS).is_some_and(|place| place == "beside") {
@@ -62,7 +63,7 @@ fn program_library(root: &Path) -> io::Result<String> {
         .args(["build", "--release", "--package", "program_library", "--target", &target, "--target-dir"])
         .arg(&folder);
     cargo.current_dir(root).env("CARGO_ENCODED_RUSTFLAGS", flags).env_remove("RUSTFLAGS");
-    // What clippy is called with: here something is compiled.
+    // Clippy sets this variable; here, the library must be compiled.
     let output = cargo.env_remove("RUSTC_WORKSPACE_WRAPPER").output()?;
     if !output.status.success() {
         return Err(io::Error::other(format!(
@@ -77,7 +78,7 @@ fn program_library(root: &Path) -> io::Result<String> {
         Ok("macos") => "dylib",
         _ => "so",
     };
-    // The files that it was made of, as make has them: a blank in a path has a backslash.
+    // The dependencies in Makefile syntax, where a blank in a path is escaped with a backslash.
     let made_of = fs::read_to_string(built.join(format!("{prefix}program_library.d")))?.replace("\\ ", "\0");
     for file in made_of.split_whitespace().skip(1) {
         println!("cargo::rerun-if-changed={}", file.replace('\0', " "));
@@ -103,7 +104,7 @@ fn write(name: &str, root: &Path, mut files: Vec<PathBuf>) -> io::Result<()> {
     files.sort();
     let mut list = String::from("&[\n");
     for file in files {
-        // A path in a crate is written with `/` on every system.
+        // Paths in a crate use `/` on every system.
         let path: Vec<_> = file.strip_prefix(root).unwrap_or(&file).iter().map(|part| part.to_string_lossy()).collect();
         let _ = writeln!(list, "    ({:?}, include_str!({:?})),", path.join("/"), file.display().to_string());
     }
@@ -111,7 +112,7 @@ fn write(name: &str, root: &Path, mut files: Vec<PathBuf>) -> io::Result<()> {
     fs::write(out().join(name), list)
 }
 
-/// Adds the files of a folder and of those below it that are wanted.
+/// Adds the wanted files in a folder and below it.
 fn collect(folder: &Path, is_wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();

@@ -1,10 +1,11 @@
 //! Data blocks of a Siemens S7, read over the network.
 //!
-//! S7 communication over ISO on TCP (RFC 1006), reading only: one request, so that the bytes belong together. There is no
-//! function that writes to a PLC, on purpose: values go back as a source text that an engineer loads.
+//! Uses S7 communication over ISO on TCP (RFC 1006), read-only, with a single request, so that all bytes are from the
+//! same moment. By design, no function writes to a PLC: values go back as a source that an engineer loads.
 //!
-//! The crate `rust7` can read data blocks too, but it reports only two of the PLC's error codes, and the code tells a user which
-//! setting of the PLC to change; and it takes an answer that arrives in two pieces for a refusal.
+//! The crate `rust7` can also read data blocks, but it reports only two of the PLC's error codes, although the code
+//! determines which PLC setting the user has to change, and it treats an answer that arrives in two pieces as a
+//! refusal.
 
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use parameters::{BlockType, layout};
@@ -14,16 +15,16 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// The time to wait for a connection, and for each answer.
+/// How long to wait for a connection, and for the answers.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The port of S7 communication.
 const PORT: u16 = 102;
 
-/// The longest PDU that we ask for, in bytes. An S7 may grant less; all grant at least 240.
+/// The maximum PDU length requested, in bytes. An S7 may grant less, but always at least 240.
 const LONGEST_PDU: u16 = 480;
 
-/// The bytes of a PDU besides those of the data block: header, parameters and the item's header.
+/// The bytes of a PDU in addition to those of the data block: header, parameters and the item's header.
 const OVERHEAD: usize = 18;
 
 /// A data block of a PLC: `s7://HOST[:PORT]/RACK/SLOT/DBn`.
@@ -88,12 +89,12 @@ impl fmt::Display for Address {
     }
 }
 
-/// Reads an instance of the block, which begins at byte `offset` of the data block. Returns the data block up to the
-/// last member in the block's table, so that each member is at its address; the bytes before the instance are not read
-/// and are 0.
+/// Reads an instance of the block that begins at byte `offset` of the data block. Returns the data block up to the last
+/// member in the block's table, so that each member is at its address; the bytes before the instance are not read and
+/// are 0.
 ///
 /// # Errors
-/// One sentence: the PLC cannot be reached, or why it refuses, and which setting to change.
+/// The PLC cannot be reached, or why it refuses, and which setting to change.
 pub fn fetch(address: &Address, block: &BlockType, offset: usize) -> Result<Vec<u8>> {
     let (_, length) = layout::addresses(block);
     let mut bytes = vec![0; offset];
@@ -101,10 +102,10 @@ pub fn fetch(address: &Address, block: &BlockType, offset: usize) -> Result<Vec<
     Ok(bytes)
 }
 
-/// Reads the first bytes of the data block, at most 222 of every PLC.
+/// Reads the first bytes of the data block. Every PLC can send 222.
 ///
 /// # Errors
-/// As [`fetch`].
+/// As for [`fetch`].
 pub fn fetch_bytes(address: &Address, length: usize) -> Result<Vec<u8>> {
     fetch_from(address, 0, length)
 }
@@ -136,7 +137,7 @@ fn connect(address: &Address) -> Result<TcpStream> {
     Ok(stream)
 }
 
-/// A connection that is read until a moment and no longer, however little comes at a time.
+/// A connection with a deadline for all reads together, even if each returns only a few bytes.
 struct Patient {
     stream: TcpStream,
     until: Instant,
@@ -208,7 +209,7 @@ fn wrong_place(address: &Address) -> String {
     )
 }
 
-/// The reason why the item was refused, by the code of the PLC; `end` is the first byte after the requested ones.
+/// Why the item was refused, by the PLC's code; `end` is the first byte after the requested ones.
 fn refusal(code: u8, number: u16, end: usize) -> String {
     match code {
         0x03 => format!(
@@ -228,7 +229,7 @@ fn refusal(code: u8, number: u16, end: usize) -> String {
     }
 }
 
-/// The reason why a whole request was refused.
+/// Why a whole request was refused.
 fn refusal_of_request(class: u8, code: u8) -> String {
     match (class, code) {
         (0x81, 0x04) => "the PLC does not offer this service: in an S7-1200 or S7-1500, tick \"Permit access with PUT/GET \
@@ -243,7 +244,7 @@ fn refusal_of_request(class: u8, code: u8) -> String {
     }
 }
 
-/// A TPDU that asks for a connection: type PG, the rack and the slot in the called TSAP, TPDUs of up to 1024 bytes.
+/// A TPDU that requests a connection: type PG, the rack and the slot in the called TSAP, TPDUs of up to 1024 bytes.
 fn connection_request(address: &Address) -> Vec<u8> {
     let place = address.rack * 32 + address.slot;
     vec![0xE0, 0, 0, 0, 1, 0, 0xC0, 1, 0x0A, 0xC1, 2, 1, 0, 0xC2, 2, 1, place]
@@ -255,13 +256,13 @@ const READ_FUNCTION: u8 = 0x04;
 /// A data TPDU that is the last of its message.
 const DATA: [u8; 2] = [0xF0, 0x80];
 
-/// Agrees on the longest PDU, one job at a time.
+/// Negotiates the PDU length, with one job at a time.
 const SETUP: [u8; 20] = {
     let longest = LONGEST_PDU.to_be_bytes();
     [DATA[0], DATA[1], 0x32, 1, 0, 0, 0, 1, 0, 8, 0, 0, SETUP_FUNCTION, 0, 0, 1, 0, 1, longest[0], longest[1]]
 };
 
-/// Asks for bytes of a data block. The only function of a PLC that is ever called.
+/// Requests bytes of a data block: the only PLC function that is ever called.
 fn read_request(number: u16, start: usize, length: usize) -> Result<Vec<u8>> {
     let bit = u32::try_from(start * 8).ok().filter(|bit| *bit < 1 << 24);
     let bit =
@@ -276,11 +277,11 @@ fn read_request(number: u16, start: usize, length: usize) -> Result<Vec<u8>> {
     Ok(request)
 }
 
-/// Parameters and data of an answer to a function.
+/// The parameters and data of an answer to a function.
 fn content(answer: &[u8], function: u8) -> Result<(&[u8], &[u8])> {
     ensure!(answer.len() >= 2 && answer[0] == DATA[0], NO_S7);
     let pdu = &answer[2..];
-    // The identification of the protocol, and an acknowledgement with or without data.
+    // The protocol identifier, and an acknowledgement with or without data.
     ensure!(pdu.len() >= 12 && pdu[0] == 0x32 && matches!(pdu[1], 2 | 3), NO_S7);
     let (class, code) = (pdu[10], pdu[11]);
     ensure!((class, code) == (0, 0), "{}", refusal_of_request(class, code));
@@ -292,7 +293,7 @@ fn content(answer: &[u8], function: u8) -> Result<(&[u8], &[u8])> {
     Ok((parameters, data))
 }
 
-/// Sends a TPDU, without its length, and returns the one that comes back.
+/// Sends a TPDU, without its length, and returns the answer.
 fn exchange(stream: &mut (impl Read + Write), tpdu: &[u8]) -> Result<Vec<u8>> {
     // The header's length does not count itself, nor the content of a data TPDU.
     let header = if tpdu.starts_with(&DATA) { DATA.len() } else { tpdu.len() };

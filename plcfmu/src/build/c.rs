@@ -1,4 +1,4 @@
-//! Compiles an FMU's C to a library for this machine.
+//! Compiles an FMU's C source to a library for this machine.
 
 use crate::build::zig::is_on_path;
 use crate::command::output;
@@ -9,11 +9,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The programs that compile C, with their first argument, in the order in which they are looked for.
+/// The C compilers, with their first argument, in search order.
 const COMPILERS: [(&str, Option<&str>); 5] =
     [("cc", None), ("gcc", None), ("clang", None), ("zig", Some("cc")), ("python-zig", Some("cc"))];
 
-/// The command of the compiler: the words of the variable CC, or what PATH has.
+/// The compiler command: the words of the variable CC, or the first compiler on PATH.
 fn compiler() -> Result<Command> {
     if let Some(given) = std::env::var("CC").ok().filter(|given| !given.trim().is_empty()) {
         let mut words = given.split_whitespace();
@@ -30,11 +30,10 @@ fn compiler() -> Result<Command> {
     Ok(command)
 }
 
-/// Compiles the file of an FMU with this door, and the library's self-description (JSON), in a folder, to a library
-/// there.
+/// Compiles an FMU's source file with this door, and the library's self-description (JSON), to a library in a folder.
 ///
 /// # Errors
-/// No compiler, or it refuses the file, with its message.
+/// No compiler is found, or it rejects the file, with its message.
 pub fn compile(source: &Path, door: &Door, interface: &str, folder: &Path, suffix: &str) -> Result<PathBuf> {
     let (header, about) = (folder.join(door.header_name), folder.join("interface.c"));
     fs::write(&header, door.header)?;
@@ -50,7 +49,7 @@ pub fn compile(source: &Path, door: &Door, interface: &str, folder: &Path, suffi
     Ok(library)
 }
 
-/// The function that returns a library's description of itself, as C.
+/// The C source of the function that returns a library's self-description.
 fn told(interface: &str) -> String {
     let mut text = String::from(
         "#include <stddef.h>\n#include <string.h>\n#if defined(_WIN32)\n__declspec(dllexport)\n#else\n\

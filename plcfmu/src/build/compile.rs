@@ -1,4 +1,4 @@
-//! Builds the libraries of FMUs, all of a platform in one cargo call.
+//! Builds the libraries of FMUs, with one cargo call per platform.
 
 use crate::build::platform::{self, Platform};
 use crate::build::universal;
@@ -17,25 +17,26 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread;
 
-/// The newest glibc that a portable library may need; every Linux since 2014 has it.
+/// The newest glibc that a portable library may need, available on every Linux since 2014.
 pub const GLIBC: &str = "2.17";
 
-/// The oldest macOS that libraries for macOS run on; the first for Apple's own processors.
+/// The oldest macOS on which macOS libraries run: the first for Apple's own processors.
 const MACOS: &str = "11.0";
 
 /// How libraries are linked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Linkage {
-    /// By zig: for Linux against glibc [`GLIBC`], so that they run on other Linux systems too; for macOS on any system.
+    /// By zig: for Linux against glibc [`GLIBC`], so that they run on other Linux systems too; for macOS, from any
+    /// system.
     Portable(Zig),
-    /// By the linker that rustc calls: for this machine against its C library, for Windows that of mingw.
+    /// By the linker that rustc calls: for this machine, against its C library; for Windows, with mingw.
     Native,
 }
 
 impl Linkage {
-    /// For this machine: portable on Linux where zig is found, unless `native` is asked for.
+    /// The linkage for this machine: portable on Linux if zig is found, unless `native` is requested.
     pub fn choose(workspace: &Workspace, host: &Platform, native: bool) -> Linkage {
-        // Elsewhere the system's C library has one version for all.
+        // On other systems, the version of the C library does not matter.
         let zig = (host.is_linux() && !native).then(|| Zig::find(workspace)).flatten();
         zig.map_or(Linkage::Native, Linkage::Portable)
     }
@@ -73,8 +74,8 @@ impl Linkage {
     }
 }
 
-/// Builds the release libraries of `crates` for one of FMI's platforms and returns their paths, by package. Libraries for
-/// several processors of macOS become one file.
+/// Builds the release libraries of `crates` for one FMI platform and returns their paths, by package. On macOS, the
+/// libraries for several processors become one file.
 ///
 /// # Errors
 /// Cargo fails; it has printed the reason.
@@ -116,9 +117,8 @@ pub fn compile(
     built(cargo_build(workspace, platform, linkage)?, crates, platform)
 }
 
-/// Like [`compile`] for a crate that seldom changes, natively or, if zig is found, for this machine's platform. If it
-/// is already built, nothing is printed; otherwise, what is built and where, with cargo's output, also while cargo
-/// waits for another cargo.
+/// Like [`compile`], for a crate that rarely changes, for this machine: portable if zig is found. Prints nothing if it
+/// is already built, otherwise cargo's output, including the wait for another cargo.
 ///
 /// # Errors
 /// As [`compile`].
@@ -134,7 +134,7 @@ pub fn compile_once(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<(Plat
     Ok((host, libraries.into_values().next().context("cargo has built no library")?))
 }
 
-/// Passes on cargo's output except its last line, which is the only one if nothing has to be done.
+/// Forwards cargo's output except for its last line, which is the only one if there is nothing to do.
 fn pass_on(said: impl Read) {
     let lines = BufReader::new(said).lines().map_while(Result::ok);
     lines.filter(|line| !line.trim_start().starts_with("Finished ")).for_each(|line| eprintln!("{line}"));
@@ -157,7 +157,7 @@ fn built(mut build: Command, crates: &[FmuCrate], platform: &Platform) -> Result
 /// The command that builds release files for a platform; the targets must still be added.
 ///
 /// # Errors
-/// rustc cannot be asked for this machine's platform.
+/// rustc cannot report this machine's platform.
 pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage) -> Result<Command> {
     let is_host = Platform::host(&workspace.root)?.target == platform.target;
     let cargo = if is_host { workspace::cargo() } else { workspace::cross_cargo() };
@@ -185,7 +185,8 @@ pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage
     Ok(build)
 }
 
-/// Where cargo builds. Each linkage has its own folder: cargo does not build again what another linker has linked.
+/// Where cargo builds. Each linkage has a separate folder, because cargo does not rebuild what another linker has
+/// linked.
 fn target_folder(workspace: &Workspace, platform: &Platform, linkage: &Linkage) -> Result<PathBuf> {
     let is_host = Platform::host(&workspace.root)?.target == platform.target;
     Ok(match linkage {
@@ -207,10 +208,10 @@ pub fn flags(workspace: &Workspace, platform: &Platform) -> String {
 
 fn platform_flags(platform: &Platform) -> &'static [&'static str] {
     if platform.target.ends_with("-windows-gnu") {
-        // Without the time of linking, the same sources give the same bytes.
+        // Without the link time, the same sources yield the same bytes.
         &["-Clink-arg=-Wl,--no-insert-timestamp"]
     } else if platform.target.ends_with("-windows-msvc") {
-        // With the C runtime inside: not every Windows has VCRUNTIME140.dll.
+        // With a static C runtime: not every Windows has VCRUNTIME140.dll.
         &["-Ctarget-feature=+crt-static", "-Clink-arg=/Brepro"]
     } else if platform.is_macos() {
         // rpath gives the library a name without this machine's path.
@@ -230,7 +231,8 @@ pub fn artifacts_for(build: &mut Command, platform: &Platform) -> Result<Vec<Art
     if folder.is_ok_and(|folder| PathBuf::from(folder.trim()).is_dir()) {
         return artifacts(build);
     }
-    // Cargo may be configured to build the standard library itself. If it is not, its complaints are many.
+    // Cargo may be configured to build the standard library itself. If not, it prints many errors, which are replaced
+    // by one.
     let _progress = Progress::spinner(&format!("building for {} ({})", platform.folder, platform.target));
     let mut log = tempfile::tempfile().context("cannot create a temporary file for cargo's messages")?;
     let standard_error = log.try_clone().context("cannot create a temporary file for cargo's messages")?;
@@ -248,7 +250,7 @@ pub fn artifacts_for(build: &mut Command, platform: &Platform) -> Result<Vec<Art
     })
 }
 
-/// The number of rustc's error for a crate that is not there.
+/// rustc's error code for a missing crate.
 const NO_STANDARD_LIBRARY: &str = "E0463";
 
 fn read(log: &mut File) -> Result<String> {
@@ -258,7 +260,8 @@ fn read(log: &mut File) -> Result<String> {
     Ok(text)
 }
 
-/// Runs a cargo command that builds, and returns its artifacts. Diagnostics go to standard error, even if it is piped.
+/// Runs a cargo command that builds, and returns its artifacts. Diagnostics reach standard error even if cargo's is
+/// piped.
 ///
 /// # Errors
 /// Cargo cannot be started or fails.
@@ -284,7 +287,7 @@ pub fn artifacts(build: &mut Command) -> Result<Vec<Artifact>> {
     Ok(artifacts)
 }
 
-/// The library file of the artifact if it is the `cdylib` of this name.
+/// The library file of an artifact, if it is the `cdylib` with this name.
 pub fn library<'a>(artifact: &'a Artifact, name: &str, suffix: &str) -> Option<&'a Utf8PathBuf> {
     let is_library = artifact.target.name == name && artifact.target.crate_types.contains(&CrateType::CDyLib);
     artifact.filenames.iter().find(|file| is_library && file.as_str().ends_with(suffix))

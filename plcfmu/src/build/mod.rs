@@ -1,4 +1,4 @@
-//! From sources to libraries.
+//! Builds libraries from sources.
 
 pub mod c;
 pub mod compile;

@@ -1,4 +1,4 @@
-//! The platforms that FMUs have libraries for.
+//! The platforms for which FMUs have libraries.
 
 use crate::command::output;
 use anyhow::{Context, Result};
@@ -14,11 +14,11 @@ pub struct Platform {
     pub newer: &'static str,
     /// Rust's name, such as `x86_64-unknown-linux-gnu`.
     pub target: &'static str,
-    /// How the file name of a library ends, such as `.so`.
+    /// The suffix of a library's file name, such as `.so`.
     pub suffix: &'static str,
 }
 
-/// All of them. FMI 2.0 names the first five folders; the others have their names from FMI 3.0.
+/// All platforms. FMI 2.0 defines the first five folder names; the others are named as in FMI 3.0.
 const PLATFORMS: [Platform; 10] = [
     Platform { folder: "linux64", newer: "x86_64-linux", target: "x86_64-unknown-linux-gnu", suffix: ".so" },
     Platform { folder: "linux32", newer: "x86-linux", target: "i686-unknown-linux-gnu", suffix: ".so" },
@@ -37,11 +37,11 @@ const PLATFORMS: [Platform; 10] = [
     },
 ];
 
-/// Rust's name of a processor is better known here than FMI's.
+/// An alias: Rust's name of this processor is better known than FMI's.
 const ALIAS: (&str, &str) = ("armv7", "aarch32-linux");
 
 impl Platform {
-    /// This machine: the default target of rustc in a workspace's folder.
+    /// This machine's platform: the default target of rustc in a workspace's folder.
     ///
     /// # Errors
     /// rustc cannot be run, or FMI has no name for this machine.
@@ -62,8 +62,8 @@ impl Platform {
         })
     }
 
-    /// The platforms to build on `host` for one of FMI's folders: on macOS both processors, on Windows one C runtime,
-    /// that of the host if the host is Windows.
+    /// The platforms to build on `host` for an FMI folder: for macOS, both processors; for Windows, one C runtime, the
+    /// host's if the host is Windows.
     pub fn of_folder(folder: &str, host: &Platform) -> Vec<Platform> {
         let mut platforms: Vec<_> = PLATFORMS.into_iter().filter(|platform| platform.folder == folder).collect();
         if platforms.iter().any(Platform::is_windows) {
@@ -73,7 +73,7 @@ impl Platform {
         platforms
     }
 
-    /// Whether it is Linux, where systems differ in the version of their C library (glibc).
+    /// Whether it is Linux, where the version of the C library (glibc) differs between systems.
     pub fn is_linux(&self) -> bool {
         self.target.contains("-linux-")
     }
@@ -115,7 +115,7 @@ pub fn architectures(folder: &str) -> Vec<&'static str> {
     architectures
 }
 
-/// The operating system of a platform, and how its libraries' names end.
+/// The operating system of a platform, and the suffix of its libraries.
 pub fn system(folder: &str) -> Option<(&'static str, &'static str)> {
     let platform = in_folder(folder).next()?;
     let system = match platform {
@@ -130,7 +130,7 @@ fn in_folder(folder: &str) -> impl Iterator<Item = &'static Platform> {
     PLATFORMS.iter().filter(move |platform| platform.folder == folder || platform.newer == folder)
 }
 
-/// The folders of FMI 3.0 for one of FMI 2.0: two for a file for both processors of macOS.
+/// The FMI 3.0 folders for an FMI 2.0 folder: two for a macOS file for both processors.
 pub fn newer(folder: &str) -> Vec<&'static str> {
     let mut folders: Vec<_> = in_folder(folder).map(|platform| platform.newer).collect();
     folders.dedup();
@@ -144,8 +144,8 @@ pub fn folders() -> Vec<&'static str> {
     folders
 }
 
-/// The compiler that cargo calls in a workspace's folder, if nothing else is configured. It is started there, as cargo is: rustup
-/// chooses a toolchain by the folder, and may run one that lies in it.
+/// The compiler that cargo calls in a workspace's folder, unless configured otherwise. It is started there, like cargo:
+/// rustup chooses a toolchain by the folder, and may run one inside it.
 pub fn rustc(root: &Path) -> Command {
     let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
     rustc.current_dir(root);

@@ -1,4 +1,4 @@
-//! A new crate for a user's own block, with the sources of `blocks` and `fmu` that it needs.
+//! Creates a crate for a user's own block, with the sources of `blocks` and `fmu` that it needs.
 
 use anyhow::{Context, Result, bail};
 use host::package::temporary;
@@ -8,7 +8,7 @@ use std::path::Path;
 /// The sources of `blocks` and `fmu`: path and text.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// The other files beside these sources. `VERSION` in it is that of this program.
+/// The other files next to these sources. `VERSION` in them is replaced by this program's version.
 const BESIDE_SOURCES: [(&str, &str); 5] = [
     ("README.md", include_str!("templates/vendored.md")),
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
@@ -17,10 +17,10 @@ const BESIDE_SOURCES: [(&str, &str); 5] = [
     ("fmu/Cargo.toml", include_str!("templates/fmu.toml")),
 ];
 
-/// The folder of these sources in a crate.
+/// The folder for these sources in a crate.
 pub const SOURCES_FOLDER: &str = "plcfmu";
 
-/// The new crate itself. `my_block`, `MyBlock` and `MY_BLOCK` in it become the names of the block.
+/// The files of the new crate. `my_block`, `MyBlock` and `MY_BLOCK` in them are replaced by the block's names.
 const CRATE: [(&str, &str); 4] = [
     ("Cargo.toml", include_str!("templates/crate.toml")),
     ("src/lib.rs", include_str!("templates/lib.rs")),
@@ -28,14 +28,14 @@ const CRATE: [(&str, &str); 4] = [
     (".gitignore", include_str!("templates/gitignore")),
 ];
 
-/// Names that a crate cannot have: Rust's keywords, Rust's own crates, and those that the new crate depends on.
+/// Names that a crate cannot have: Rust's keywords, Rust's own crates, and the new crate's dependencies.
 const RESERVED: &str = "
     abstract alloc as async await become blocks box break const continue core crate do dyn else enum extern
     false final fmu fn for gen if impl in let loop macro match mod move mut override priv proc_macro pub ref
     return self static std struct super test trait true try type typeof unsafe unsized use virtual where while
     yield";
 
-/// The longest name of a crate, in characters.
+/// The maximum length of a crate name, in characters.
 const LONGEST_NAME: usize = 64;
 
 /// The names of a block.
@@ -50,10 +50,10 @@ pub struct Names {
 }
 
 impl Names {
-    /// From the name of the crate.
+    /// Derives the names from the crate name.
     ///
     /// # Errors
-    /// It cannot be the name of a crate.
+    /// It is not a valid crate name.
     pub fn new(package: &str) -> Result<Names> {
         let is_valid = package.starts_with(|first: char| first.is_ascii_lowercase())
             && package.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-".contains(c))
@@ -74,7 +74,7 @@ impl Names {
         let words: Vec<&str> = identifier.split('_').filter(|word| !word.is_empty()).collect();
         let mut type_name: String = words.iter().map(|word| word[..1].to_uppercase() + &word[1..]).collect();
         if words.len() == 1 {
-            // One word alone may be a type of Rust or of `blocks`, such as Option or Time.
+            // A single word may be a type of Rust or of `blocks`, such as Option or Time.
             type_name.push_str("Block");
         }
         Ok(Names { package: package.into(), block: identifier.to_uppercase(), type_name })
@@ -88,7 +88,7 @@ impl Names {
 /// Checks that a licence is an SPDX expression.
 ///
 /// # Errors
-/// It is not.
+/// It is not an SPDX expression.
 pub fn check_license(license: &str) -> Result<()> {
     if let Err(error) = spdx::Expression::parse(license) {
         bail!(
@@ -100,10 +100,10 @@ pub fn check_license(license: &str) -> Result<()> {
     Ok(())
 }
 
-/// Makes a crate in the new folder `path`. Without a licence, the crate does not name one.
+/// Creates a crate in the new folder `path`. Without `license`, the crate specifies no licence.
 ///
 /// # Errors
-/// The folder is there already, or cannot be written.
+/// The folder already exists, or cannot be written.
 pub fn create(path: &Path, names: &Names, license: Option<&str>) -> Result<()> {
     if path.symlink_metadata().is_ok() {
         bail!("{} exists already: choose another name, or another folder with --out", path.display());
@@ -111,7 +111,7 @@ pub fn create(path: &Path, names: &Names, license: Option<&str>) -> Result<()> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let failed = || format!("{} cannot be made", path.display());
     fs::create_dir_all(parent).with_context(failed)?;
-    // Created beside its final place, so that it appears complete or not at all.
+    // Created next to its destination, so that it appears complete or not at all.
     let temporary = temporary::Folder::new_in(parent).with_context(failed)?;
     let folder = temporary.path().join("crate");
     for (file, text) in CRATE {
@@ -125,11 +125,11 @@ pub fn create(path: &Path, names: &Names, license: Option<&str>) -> Result<()> {
     fs::rename(&folder, path).with_context(failed)
 }
 
-/// The first path, relative to the crate's folder, at which the sources in a crate differ from those of this program.
-/// `None` if they are equal, or the crate has none.
+/// The first path, relative to the crate's folder, at which the sources in a crate differ from this program's. `None`
+/// if they are equal, or the crate has none.
 pub fn different_source(crate_folder: &Path) -> Option<String> {
     let folder = crate_folder.join(SOURCES_FOLDER);
-    // The folder of that name in plcfmu's own repository is another thing.
+    // The folder with this name in plcfmu's own repository is something else.
     if !folder.join("fmu/Cargo.toml").is_file() {
         return None;
     }
@@ -138,7 +138,7 @@ pub fn different_source(crate_folder: &Path) -> Option<String> {
     sources().find(differs).map(|(path, _)| format!("{SOURCES_FOLDER}/{path}"))
 }
 
-/// Replaces the sources in a crate by those of this program.
+/// Replaces the sources in a crate with this program's.
 ///
 /// # Errors
 /// The crate contains no sources, or they cannot be written.
@@ -154,7 +154,7 @@ pub fn update(crate_folder: &Path) -> Result<()> {
     fs::rename(temporary.path().join(SOURCES_FOLDER), &folder).with_context(failed)
 }
 
-/// Everything in the folder of the sources.
+/// All files of the folder of sources.
 fn sources() -> impl Iterator<Item = (String, String)> {
     let beside = BESIDE_SOURCES.iter().map(|(path, text)| (*path, text.replace("VERSION", env!("CARGO_PKG_VERSION"))));
     let sources = SOURCES.iter().map(|(path, text)| (*path, text.to_string()));

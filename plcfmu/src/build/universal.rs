@@ -1,17 +1,17 @@
-//! Universal files of macOS: one file with a library for each processor.
+//! Universal macOS files: one file with a library for each processor.
 
 use anyhow::{Context, Result, ensure};
 use object::Endianness;
 use object::macho::{FAT_MAGIC, MachHeader64};
 use object::read::macho::MachHeader;
 
-/// Each library begins at a multiple of 2 to the power of this, the page size of Apple's processors.
+/// Each library begins at a multiple of 2 to this power, the page size of Apple's processors.
 const ALIGNMENT: u32 = 14;
 
 /// Joins libraries for one processor each.
 ///
 /// # Errors
-/// One of them is not a 64-bit library of macOS, or two are for the same processor.
+/// One of them is not a 64-bit macOS library, or two are for the same processor.
 pub fn join(libraries: &[Vec<u8>]) -> Result<Vec<u8>> {
     let page = 1 << ALIGNMENT;
     let mut header = vec![FAT_MAGIC, u32::try_from(libraries.len())?];
@@ -36,7 +36,7 @@ pub fn join(libraries: &[Vec<u8>]) -> Result<Vec<u8>> {
     Ok(file)
 }
 
-/// The numbers of the processor in the header of a library.
+/// The processor numbers in a library's header.
 fn processor(library: &[u8]) -> Result<(u32, u32)> {
     let header = MachHeader64::<Endianness>::parse(library, 0);
     let read =

@@ -15,7 +15,7 @@ pub struct Workspace {
     pub target: PathBuf,
     /// Its packages that make FMUs, sorted by name.
     pub crates: Vec<FmuCrate>,
-    /// The package whose library is that of all programs.
+    /// The package of the program library.
     pub programs: Option<FmuCrate>,
 }
 
@@ -28,11 +28,11 @@ pub struct FmuCrate {
     pub library: String,
     /// The package's licence, as an SPDX expression.
     pub license: Option<String>,
-    /// Only packed when asked for with `-p`.
+    /// Packed only if requested with `-p`.
     pub test_only: bool,
-    /// Its FMU has no C: `sources = false` under `[package.metadata.plcfmu]`.
+    /// Whether its FMU has no C source: `sources = false` under `[package.metadata.plcfmu]`.
     pub without_sources: bool,
-    /// The folders that may contain the Rust of its block: its own, and those of its path dependencies.
+    /// The folders that may contain the Rust source of its block: its own, and those of its path dependencies.
     pub folders: Vec<PathBuf>,
 }
 
@@ -45,11 +45,11 @@ impl Workspace {
         Workspace::from(&mut MetadataCommand::new()).context("cargo cannot read the package of this folder")
     }
 
-    /// The workspace in another folder. The current folder has no influence: cargo is started in the other one, so that
-    /// a toolchain, a configuration or a package in the current one is neither read nor run.
+    /// The workspace in another folder. The current folder has no influence: cargo is started in `folder`, so that a
+    /// toolchain, a configuration or a package in the current folder is neither read nor run.
     ///
     /// # Errors
-    /// As [`Workspace::find`].
+    /// As for [`Workspace::find`].
     pub fn in_folder(folder: &Path) -> Result<Workspace> {
         let found = Workspace::from(MetadataCommand::new().current_dir(folder));
         found.with_context(|| format!("cargo cannot read the package in {}", folder.display()))
@@ -132,7 +132,7 @@ pub fn cargo() -> Command {
 /// compiler; the libraries for this machine are unaffected.
 pub const CROSS_CARGO: &str = "PLCFMU_CROSS_CARGO";
 
-/// The cargo for other platforms than this machine's: that of the variable [`CROSS_CARGO`], or the usual one.
+/// The cargo for platforms other than this machine's: from the variable [`CROSS_CARGO`], or the usual one.
 pub fn cross_cargo() -> Command {
     let Some(program) = std::env::var_os(CROSS_CARGO).filter(|cargo| !cargo.is_empty()) else { return cargo() };
     let mut cargo = Command::new(program);
@@ -140,8 +140,8 @@ pub fn cross_cargo() -> Command {
     cargo
 }
 
-/// Removes the variables about its own package that a `cargo run` or `cargo test` around this program sets, from a
-/// command's environment. Build scripts that watch these variables would run again each time.
+/// Removes from a command's environment the package variables that are set if `cargo run` or `cargo test` started this
+/// program. Build scripts that watch these variables would rerun each time.
 pub fn forget_package(command: &mut Command) {
     for (name, _) in std::env::vars_os() {
         let name = name.to_string_lossy();

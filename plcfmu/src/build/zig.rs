@@ -1,5 +1,5 @@
-//! Finds cargo-zigbuild and zig, which link libraries for Linux against an old glibc, and for other platforms. Nothing is
-//! installed.
+//! Finds cargo-zigbuild and zig, which link libraries for Linux against an old glibc, and for other platforms. Nothing
+//! is installed.
 
 use crate::build::workspace::{self, Workspace};
 use crate::command::output;
@@ -17,11 +17,11 @@ print('ziglang' if importlib.util.find_spec('ziglang') else 'no ziglang')
 /// The interpreter in a Python environment.
 const VENV_PYTHON: &str = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
 
-/// cargo-zigbuild with the zig that it is to call.
+/// cargo-zigbuild, and the zig that it calls.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Zig {
     cargo_zigbuild: PathBuf,
-    /// The variable that names zig, or the Python that has it as a module, and its value.
+    /// The variable that names zig, or the Python that contains it as a module, and its value.
     zig: (&'static str, PathBuf),
 }
 
@@ -33,8 +33,8 @@ struct Offer {
 }
 
 impl Zig {
-    /// Looks into the Python environment `venv` below `target` first, then into an active one, then on PATH, then into that
-    /// of the `python3` on PATH. Both programs may come from different places.
+    /// Searches the Python environment `venv` below `target`, an active environment, PATH, and the environment of the
+    /// `python3` on PATH, in this order. The two programs may be in different places.
     pub fn find(workspace: &Workspace) -> Option<Zig> {
         let own = Some(workspace.target.join("venv").join(VENV_PYTHON)).filter(|python| python.is_file());
         let active = env::var_os("VIRTUAL_ENV").map(|folder| PathBuf::from(folder).join(VENV_PYTHON));
@@ -47,7 +47,7 @@ impl Zig {
         choose(offers.into_iter().flatten())
     }
 
-    /// The command `cargo zigbuild`, which calls `cargo` and keeps what zig builds for itself in `cache`.
+    /// The command `cargo zigbuild`, which calls `cargo` and keeps zig's own build results in `cache`.
     pub fn build(&self, cargo: &Command, cache: &Path) -> Command {
         let mut command = Command::new(&self.cargo_zigbuild);
         workspace::forget_package(&mut command);
@@ -59,7 +59,7 @@ impl Zig {
     }
 }
 
-/// The first cargo-zigbuild and the first zig.
+/// Chooses the first cargo-zigbuild and the first zig.
 fn choose(offers: impl Iterator<Item = Offer>) -> Option<Zig> {
     let mut found = Offer::default();
     for offer in offers {
@@ -78,8 +78,8 @@ fn on_path() -> Offer {
     }
 }
 
-/// The tools that an interpreter knows. It is started in the workspace, because it imports modules from the folder in
-/// which it is started.
+/// The tools that an interpreter has. It is started in the workspace, because it imports modules from its current
+/// folder.
 fn in_python(python: &Path, root: &Path) -> Option<Offer> {
     Some(offer(python, &output(Command::new(python).args(["-c", DESCRIBE]).current_dir(root)).ok()?))
 }
@@ -93,13 +93,13 @@ fn offer(python: &Path, description: &str) -> Offer {
     }
 }
 
-/// Whether PATH has a program of this name.
+/// Whether PATH has a program with this name.
 pub fn is_on_path(name: &str) -> bool {
     let path = env::var_os("PATH").unwrap_or_default();
     program(&env::split_paths(&path).collect::<Vec<_>>(), name).is_some()
 }
 
-/// The program of this name in the first of the folders that has one.
+/// The program with this name in the first folder that has it.
 fn program(folders: &[PathBuf], name: &str) -> Option<PathBuf> {
     let name = format!("{name}{}", env::consts::EXE_SUFFIX);
     folders.iter().map(|folder| folder.join(&name)).find(|program| program.is_file())

@@ -1,5 +1,4 @@
-//! Runs code of an FMU that a command needs once, in a separate process: a crash or an endless loop of it becomes an
-//! error message.
+//! Runs FMU code that a command needs once, in a separate process: a crash or an endless loop becomes an error message.
 
 use crate::package::check;
 use anyhow::{Result, bail};
@@ -19,19 +18,19 @@ pub const ROLE: &str = "apart";
 enum Request {
     /// [`check::run()`]
     Run(PathBuf),
-    /// Returns the library's description of its block, as JSON.
+    /// Return the library's description of its block, as JSON.
     Interface(PathBuf),
 }
 
 /// [`check::run()`] in a separate process.
 ///
 /// # Errors
-/// As [`check::run()`], or how the FMU ended the process, with its messages and output.
+/// As for [`check::run()`], or how the FMU ended the process, with its messages and output.
 pub fn run(starter: &Starter, path: &Path) -> Result<()> {
     ask(starter, &Request::Run(path.into())).map(drop)
 }
 
-/// The description of its block by the library of the FMU at `path`. A library without a table is not loaded.
+/// The block's description in the library of the FMU at `path`. A library without a table is not loaded.
 ///
 /// # Errors
 /// It has no table, cannot be loaded here, or ends its process.
@@ -54,10 +53,10 @@ fn ask(starter: &Starter, request: &Request) -> Result<String> {
     }
 }
 
-/// The other side.
+/// The child process: answers one request.
 ///
 /// # Errors
-/// The other side has ended.
+/// The parent process has ended.
 pub fn child(folder: &Path) -> Result<()> {
     serve(folder, |channel| {
         let Some(request) = channel.next::<Request>()? else { return Ok(()) };

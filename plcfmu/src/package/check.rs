@@ -26,7 +26,7 @@ pub const STEPS: u32 = 10;
 /// A GUID that no FMU has.
 const NO_GUID: &str = "{00000000-0000-0000-0000-000000000000}";
 
-/// Start values written as text may have fewer digits than in the code: the maximum relative difference.
+/// The maximum relative difference of start values: as text, they may have fewer digits than in the code.
 const ROUNDED: f64 = 1e-6;
 
 /// The maximum size of a build description, in bytes.
@@ -45,7 +45,7 @@ pub struct Report {
     pub remarks: Vec<String>,
 }
 
-/// Reads an entire FMU and checks it. None of its code is run.
+/// Reads an entire FMU and checks it without running its code.
 pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
     let preset = preset::start(package);
     let found = package.xml.check(matches!(preset, Ok(Some(_))));
@@ -73,7 +73,7 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
     report
 }
 
-/// Checks the FMI 3.0 build description, which says how to compile the sources.
+/// Checks the FMI 3.0 build description, which specifies how to compile the sources.
 fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
     if !package.description.is_fmi_3() {
         return;
@@ -125,7 +125,7 @@ fn functions(description: &Description) -> &'static [&'static str] {
     if description.is_fmi_3() { library::v3::FUNCTIONS } else { FUNCTIONS }
 }
 
-/// If hosts find no library: the files that look like libraries but have the wrong name.
+/// If hosts find no library, reports files that look like libraries but have the wrong name.
 fn misnamed<R: Read + Seek>(package: &Package<R>) -> Vec<String> {
     let Some(identifier) = package.description.model_identifier().filter(|_| package.libraries.is_empty()) else {
         return Vec::new();
@@ -146,7 +146,7 @@ fn check_library<R: Read + Seek>(
 ) -> Result<Binary> {
     let bytes = package.library(file)?;
     let binary = Binary::read(&bytes)?;
-    // FMI 2.0 only defines the contents of the folders that it names.
+    // FMI 2.0 defines the contents only of the folders that it names.
     if let Some((_, suffix)) = platform::system(&file.platform) {
         is_for(&binary, &file.platform)?;
         ensure!(file.path.ends_with(suffix), "hosts look for a library whose name ends with {suffix} there");
@@ -187,7 +187,7 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
     !part.is_empty() && memmem::find(bytes, part).is_some()
 }
 
-/// Checks that a library is for the platform of this folder, which FMI names.
+/// Checks that a library is for the platform of this FMI folder.
 fn is_for(binary: &Binary, folder: &str) -> Result<()> {
     let (system, _) = platform::system(folder).with_context(|| format!("FMI has no platform {folder}"))?;
     let processors = platform::architectures(folder);
@@ -222,7 +222,7 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
     if !is_native {
         binary.check_portable(GLIBC)?;
     }
-    // The GUID is computed from everything a host relies on, which excludes the texts.
+    // The GUID covers everything on which a host relies, which excludes the texts.
     let guid = &interface.guid;
     ensure!(contains(bytes, guid.as_bytes()), "it does not contain the GUID {guid}: it was built from other sources");
     let table = &interface.table;
@@ -252,7 +252,8 @@ pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()>
 }
 
 /// Loads the library for this machine and runs it: it must accept only its own GUID, start with the declared values,
-/// make [`STEPS`] steps, and let all its variables be read. The FMU is unpacked into a temporary folder below `place`.
+/// make [`STEPS`] steps, and return the values of all its variables. The FMU is unpacked into a temporary folder below
+/// `place`.
 ///
 /// # Errors
 /// The library is missing, or a call fails.
@@ -289,7 +290,7 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
     run_with_events(&fmu, start, step).context("in Event Mode")
 }
 
-/// Whether a variable is an array element other than the first one, with which the whole array is read.
+/// Whether a variable is an array element other than the first, through which the whole array is read.
 fn is_further_element(description: &Description, of: &Variable) -> bool {
     let is_in = |array: &Array| {
         let place = of.value_reference.checked_sub(array.first_reference);
@@ -298,7 +299,7 @@ fn is_further_element(description: &Description, of: &Variable) -> bool {
     description.arrays.iter().any(is_in)
 }
 
-/// What the FMI version calls the string by which a library recognizes its model description.
+/// The FMI version's term for the string by which a library recognizes its model description.
 fn token(description: &Description) -> &'static str {
     if description.is_fmi_3() { "instantiation token" } else { "GUID" }
 }
@@ -328,8 +329,8 @@ fn run_with_events(fmu: &Fmu, start: f64, step: f64) -> Result<()> {
     instance.terminate()
 }
 
-/// Compares the start values of inputs and parameters, before any is set, with the declared ones. A host may read them
-/// after initialization.
+/// Compares the start values of inputs and parameters, before any is set, with the declared values. A host may read
+/// them after initialization.
 fn check_starts(description: &Description, instance: &mut Instance) -> Result<()> {
     for variable in &description.variables {
         let (Some(kind), Some(declared)) = (variable.kind, variable.start) else { continue };

@@ -1,6 +1,6 @@
-//! The files offered for download: every FMU for all platforms that can be built here, a version of each for ARM only,
-//! the parameter tool, the command as built by the caller, a folder for trying the FMUs in other tools, checksums, and
-//! a table of contents. For `cargo xtask dist`.
+//! Makes the files offered for download, for `cargo xtask dist`: every FMU for all platforms that can be built here, an
+//! ARM-only version of each, the parameter tool, the command as built by the caller, a folder for trying the FMUs in
+//! other tools, checksums, and a table of contents.
 
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
@@ -29,10 +29,10 @@ const ALONE: &str = "aarch64-linux";
 /// The folder of the FMI 3.0 FMUs, which have the same names as the FMI 2.0 ones.
 const NEWER: &str = "fmi3";
 
-/// If the FMUs are built for this platform, so is the command; otherwise, it is built for this machine only.
+/// If the FMUs include this platform, the command is also built for it; otherwise, only for this machine.
 const COMMAND: &str = "win64";
 
-/// The additional files of the FMUs: their suffixes and descriptions.
+/// The files in addition to the FMUs: their suffixes and descriptions.
 const ADDED: [(&str, &str); 5] = [
     (".cdx.json", "The crates in the command: a bill of materials (CycloneDX)"),
     (".tar.gz", "The command plcfmu"),
@@ -58,25 +58,26 @@ const CONTENTS: &str = "CONTENTS.md";
 /// The distribution to build.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// Platform to build for; may be repeated [default: linux64, win64, aarch64-linux and darwin64, as far as possible here]
+    /// Platform to build for; may be repeated [default: those of linux64, win64, aarch64-linux and darwin64 that can be
+    /// built here]
     #[arg(long = "platform", value_name = "PLATFORM", value_parser = platform::folder)]
     pub platforms: Vec<&'static str>,
-    /// Folder of FMUs and libraries of programs that 'cargo xtask fmu --platform PLATFORM' has packed on another machine; one for each
-    /// platform. They are joined, and nothing is packed here
+    /// Folder of FMUs and program libraries packed by 'cargo xtask fmu --platform PLATFORM' on another machine; one for
+    /// each platform. They are joined, and nothing is packed here
     #[arg(long = "packed", value_name = "DIR", conflicts_with = "platforms")]
     pub packed: Vec<PathBuf>,
     /// Folder for the files, which is replaced [default: target/dist]
     #[arg(short, long = "out", value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Where the project is published, such as `https://example.org/plcfmu/`; for its entry in the list of FMI tools, tools.json
+    /// The project's URL, such as `https://example.org/plcfmu/`, for its entry in the list of FMI tools, tools.json
     #[arg(long, value_name = "URL")]
     pub address: Option<String>,
 }
 
-/// Builds everything and puts it into a new folder. `python` is a Python with maturin, for the wheels and archives.
+/// Builds everything into a new folder. `python` is a Python with maturin, for the wheels and archives.
 ///
 /// # Errors
-/// Something cannot be built or written. The folder is then left unchanged.
+/// Something cannot be built or written; the folder is left unchanged.
 pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Result<()> {
     let folder = options.out.clone().unwrap_or_else(|| workspace.target.join("dist"));
     check_replaceable(&folder)?;
@@ -96,7 +97,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
         let newer = new.join(NEWER);
         let version = Version { fmi: Fmi::Three, ..Version::default() };
         pack::run(workspace, &pack::Options { version, out: Some(newer.clone()), ..packing })?;
-        // The same library of programs serves both versions.
+        // Both versions use the same program library.
         fs::remove_dir_all(newer.join(program_library::FOLDER)).with_context(unwritable)?;
     } else {
         join(&options.packed, &new)?;
@@ -119,7 +120,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     command::run(python.current_dir(&new))?;
     command::run(&mut try_them)?;
     command::run(&mut compatibility)?;
-    // The wheels and archives contain them.
+    // The program libraries are now in the wheels and archives.
     fs::remove_dir_all(new.join(program_library::FOLDER)).with_context(unwritable)?;
     finish(&new)?;
     if folder.exists() {
@@ -130,7 +131,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     Ok(())
 }
 
-/// Checks that the folder was made by this command: only then may it be replaced.
+/// Checks that the folder was created by this command, and may therefore be replaced.
 fn check_replaceable(folder: &Path) -> Result<()> {
     if folder.exists() && !folder.join(SUMS).is_file() {
         bail!("{} exists and was not made by this command: choose another folder with --out", folder.display());
@@ -138,7 +139,7 @@ fn check_replaceable(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Joins the packages from several machines in a new folder.
+/// Joins the packages from several machines into a new folder.
 fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
     let newer: Vec<PathBuf> = packed.iter().map(|folder| folder.join(NEWER)).collect();
     if let Some(missing) = newer.iter().find(|folder| !folder.is_dir()) {
@@ -185,7 +186,7 @@ fn names_in_all(folders: &[PathBuf]) -> Result<Vec<String>> {
     Ok(fmus)
 }
 
-/// The platforms of the FMUs in a folder, each with a library of programs.
+/// The platforms of the FMUs in a folder, each of which has a program library.
 fn platforms_in(folder: &Path) -> Result<BTreeSet<String>> {
     let mut all = BTreeSet::new();
     for name in names(folder, ".fmu")? {
@@ -198,7 +199,7 @@ fn platforms_in(folder: &Path) -> Result<BTreeSet<String>> {
     Ok(all)
 }
 
-/// Checks that there is a library of programs for each platform of the FMUs.
+/// Checks that each platform of the FMUs has a program library.
 fn check_programs(platforms: &BTreeSet<String>, programs: &BTreeMap<&str, PathBuf>) -> Result<()> {
     match platforms.iter().find(|platform| !programs.contains_key(platform.as_str())) {
         None => Ok(()),
@@ -223,7 +224,7 @@ fn targets(folder: &Path, host: &Platform) -> Result<Vec<&'static str>> {
     Ok(targets)
 }
 
-/// Adds the files derived from those in a folder: the ARM-only FMUs, the table and the checksums.
+/// Adds the files derived from the others in a folder: the ARM-only FMUs, the table of contents and the checksums.
 fn finish(folder: &Path) -> Result<()> {
     let mut files = BTreeMap::new();
     for name in names(folder, ".fmu")? {
@@ -274,7 +275,7 @@ fn below(folder: &Path, inside: &str, files: &mut BTreeMap<String, Vec<u8>>) -> 
     Ok(())
 }
 
-/// The names of the files in a folder that have this suffix, sorted.
+/// The names of the files in a folder with this suffix, sorted.
 fn names(folder: &Path, end: &str) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {

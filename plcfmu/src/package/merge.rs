@@ -8,20 +8,20 @@ use modeldescription::{Description, ModelDescription, Variable};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek};
 
-/// The files of an FMU, by their path there.
+/// The files of an FMU, by path.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
-/// The largest file that is taken over from an FMU, in bytes.
+/// The maximum size of a file in an FMU, in bytes.
 const LARGEST_FILE: u64 = 1 << 28;
 
-/// FMI 2.0 has no folder for Linux on ARM. Tools there look into one of these, so an FMU for ARM alone has both.
+/// FMI 2.0 has no folder for Linux on ARM. Tools on that platform look in one of these, so an ARM-only FMU has both.
 const ARM: &str = "aarch64-linux";
 const STAND_IN: &str = "linux64";
 
 /// Reads all files of an FMU.
 ///
 /// # Errors
-/// The FMU is wrong: a file is damaged, or a library does not fit the model description.
+/// The FMU is faulty: a file is damaged, or a library does not match the model description.
 pub fn files<R: Read + Seek>(package: &mut Package<R>) -> Result<Files> {
     let report = check::check(package);
     ensure!(report.errors.is_empty(), report.errors.join("; "));
@@ -34,8 +34,8 @@ pub fn files<R: Read + Seek>(package: &mut Package<R>) -> Result<Files> {
     Ok(files)
 }
 
-/// Joins the files of two FMUs with the same model description: the libraries of both, and the other files, which must be
-/// the same.
+/// Joins the files of two FMUs with the same model description: the libraries of both, and the other files, which must
+/// be identical.
 ///
 /// # Errors
 /// The difference, in a sentence.
@@ -70,7 +70,7 @@ pub fn join(mut first: Files, mut second: Files) -> Result<Files> {
     Ok(first)
 }
 
-/// Adds the libraries of an FMU for Linux on ARM to the folder of 64-bit Linux, too.
+/// Also adds the libraries of an ARM-only Linux FMU to the folder of 64-bit Linux.
 pub fn add_stand_in(files: &mut Files) {
     if platforms(files) == BTreeSet::from([ARM.to_string()]) && !has_folder_for_arm(files) {
         let from = format!("binaries/{ARM}/");
@@ -83,7 +83,7 @@ pub fn add_stand_in(files: &mut Files) {
     }
 }
 
-/// Whether the version of FMI has a folder for Linux on ARM.
+/// Whether the FMI version has a folder for Linux on ARM.
 fn has_folder_for_arm(files: &Files) -> bool {
     let xml = files.get(DESCRIPTION).map(|xml| ModelDescription::read(xml));
     matches!(xml, Some(Ok(ModelDescription::V3(_))))
@@ -103,7 +103,7 @@ pub fn remove_stand_in(files: &mut Files) {
     }
 }
 
-/// The files of an FMU with the libraries of one platform only, or `None` without such a library.
+/// The files of an FMU with the libraries of only one platform, or `None` if it has none for it.
 pub fn only(files: &Files, platform: &str) -> Option<Files> {
     let folder = format!("binaries/{platform}/");
     let is_kept = |name: &String| !name.starts_with("binaries/") || name.starts_with(&folder);
@@ -120,7 +120,7 @@ pub fn platforms(files: &Files) -> BTreeSet<String> {
     folders.map(|(platform, _)| platform.to_string()).collect()
 }
 
-/// The first difference of two model descriptions, in words.
+/// The first difference between two model descriptions, in words.
 fn difference(first: &[u8], second: &[u8]) -> String {
     let described = || -> Result<Option<String>> {
         let read = |xml| Ok::<_, modeldescription::Error>(ModelDescription::read(xml)?.description());
@@ -153,7 +153,7 @@ fn difference_of(first: &Description, second: &Description) -> Option<String> {
         .or_else(|| differ("the license", &license(first), &license(second)))
 }
 
-/// In what two variables of one name differ.
+/// The attribute in which two variables of the same name differ.
 fn attribute(own: &Variable, other: &Variable) -> &'static str {
     let value = |of: &Variable| (of.unit.clone(), of.display_unit.clone(), of.min, of.max, of.start);
     let equal = [
@@ -174,10 +174,10 @@ fn line_difference(first: &[u8], second: &[u8]) -> String {
     format!("line {} is {:?} and {:?}", equal + 1, line(&first), line(&second))
 }
 
-/// Joins FMUs, given with their names for messages.
+/// Joins FMUs; the names are for messages.
 ///
 /// # Errors
-/// Which FMU is wrong or differs from the first, and in what.
+/// Which FMU differs from the first, and how.
 pub fn join_all(packages: Vec<(String, Files)>) -> Result<Files> {
     let mut packages = packages.into_iter();
     let (first_name, mut joined) = packages.next().context("no FMU is given")?;

@@ -1,7 +1,7 @@
-//! Packs FMUs: builds the libraries of a workspace's FMU crates, reads each block's table from its library, and writes
-//! the packages. For `plcfmu build` and `cargo xtask fmu`.
+//! Packs FMUs for `plcfmu build` and `cargo xtask fmu`: builds the libraries of a workspace's FMU crates, reads each
+//! block's table from its library, and writes the packages.
 //!
-//! The table, the documentation and the recorded results come from the library for this machine, which is loaded.
+//! The table, the documentation and the recorded results are read from the library for this machine, which is loaded.
 //! Libraries for other platforms are only read, and must contain the same table.
 
 use crate::build::compile::{GLIBC, Linkage, compile_joined};
@@ -30,39 +30,39 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args, Clone, Debug, Default)]
 #[group(skip)] // clap names a group after the type, and others have the same name
 pub struct Options {
-    /// Sources of a PLC program (.scl, .udt, .db, .s7dcl); or FMUs to pack, by the names of their packages, such as PUMP for pump; all of
-    /// the workspace if none is given
+    /// Sources of a PLC program (.scl, .udt, .db, .s7dcl); or FMUs to pack, by package name, such as PUMP for pump
+    /// [default: all FMUs of the workspace]
     #[arg(value_name = "NAME")]
     pub names: Vec<String>,
-    /// Packages to pack, also those that are for tests only
+    /// Packages to pack, including test-only packages
     #[arg(short, long = "package", value_name = "PACKAGE")]
     pub packages: Vec<String>,
     /// Platform to build for, such as win64; may be repeated [default: this machine's]
     ///
-    /// linux64, linux32, win64, win32, darwin64, aarch64-linux or aarch32-linux (also: armv7). For another platform than this
-    /// machine's, Rust's standard library ('rustup target add ...') and a linker are needed: mingw for Windows, zig with
+    /// linux64, linux32, win64, win32, darwin64, aarch64-linux or aarch32-linux (also: armv7). Other platforms than
+    /// this machine's need Rust's standard library ('rustup target add ...') and a linker: mingw for Windows, zig with
     /// cargo-zigbuild for the others. The variable PLCFMU_CROSS_CARGO names another cargo for these platforms.
     #[arg(long = "platform", value_name = "PLATFORM", value_parser = platform::folder)]
     pub platforms: Vec<&'static str>,
-    /// Library that was built elsewhere, for the one FMU that is packed; may be repeated
+    /// Library built elsewhere, for the single FMU being packed; may be repeated
     #[arg(long = "library", value_name = "PLATFORM=FILE", value_parser = given_library)]
     pub libraries: Vec<(&'static str, PathBuf)>,
-    /// Link against this machine's C library (needs no zig); such an FMU may not run on an older Linux. A PLC program is compiled
-    /// through C, by the compiler of the variable CC, or cc, gcc, clang or zig
+    /// Link against this machine's C library (needs no zig); such an FMU may not run on an older Linux. A PLC program
+    /// is compiled through C, by the compiler in the variable CC, or by cc, gcc, clang or zig
     #[arg(long)]
     pub native: bool,
     #[command(flatten)]
-    /// In which version of FMI.
+    /// The FMI version.
     pub version: Version,
-    /// Folder for the FMUs [default: target/fmu, of FMI 3.0 target/fmu3; for programs the current one]
+    /// Folder for the FMUs [default: target/fmu, for FMI 3.0 target/fmu3, for programs the current folder]
     #[arg(short, long = "out", value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Leave platforms out that cannot be built here, and say so.
+    /// Skip platforms that cannot be built here, with a note.
     #[arg(skip)]
     pub as_available: bool,
 }
 
-/// The platform and the file in an argument of `--library`.
+/// Parses an argument of `--library` into platform and file.
 fn given_library(argument: &str) -> Result<(&'static str, PathBuf)> {
     let (platform, file) = argument.split_once('=').context("give it as PLATFORM=FILE, such as win64=pump.dll")?;
     Ok((platform::folder(platform)?, file.into()))
@@ -91,7 +91,7 @@ struct Built {
 #[derive(Debug)]
 struct Plan {
     host: Platform,
-    /// The build for each FMI platform, this machine's last.
+    /// The builds for each FMI platform, this machine's last.
     built: Vec<(&'static str, Vec<(Platform, Linkage)>)>,
     given: BTreeMap<&'static str, PathBuf>,
     /// Whether the library for this machine is also packed, rather than only built for its table.
@@ -100,7 +100,7 @@ struct Plan {
     is_host_native: bool,
 }
 
-/// Decides which platforms to build for, and how. Nothing is built or written yet.
+/// Decides which platforms to build for, and how, without building or writing anything.
 fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan> {
     let host = Platform::host(&workspace.root)?;
     let mut given = BTreeMap::new();
@@ -195,8 +195,8 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Builds everything, including the library of programs for each platform if requested, and checks every library.
-/// Nothing is packed yet.
+/// Builds everything, including the program library for each platform if requested, and checks every library, without
+/// packing anything.
 fn build(
     workspace: &Workspace,
     options: &Options,
@@ -261,7 +261,7 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 }
 
 /// The requested crates: those of `-p` by their exact names, the others ignoring case and the difference between `-`
-/// and `_`. The package of programs may be named with `-p`, but is not returned.
+/// and `_`. The program package may be named with `-p`, but is not returned.
 ///
 /// # Errors
 /// The crate does not exist.
@@ -315,7 +315,7 @@ fn interface(library: &Path) -> Result<Interface> {
     Ok(Interface::parse(&json)?)
 }
 
-/// Creates the folder, waits for any other packer of this workspace, and removes the leftovers of an interrupted one.
+/// Creates the folder, waits for any other packer of this workspace, and removes the leftovers of interrupted packers.
 fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
     let own = workspace.fmus();
     let test_only = folder.join("test-only");
@@ -353,7 +353,7 @@ fn pack(workspace: &Workspace, built: &Built, plan: &Plan, version: Version, pat
     Ok(bytes.len())
 }
 
-/// The FMU as C source. If its law cannot be read, this is reported, and the FMU contains no C.
+/// The FMU as C source. If its law cannot be read, a note is printed, and the FMU contains no C.
 fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Option<String>> {
     let Built { fmu_crate, here, interface, .. } = built;
     if fmu_crate.without_sources {
@@ -372,7 +372,7 @@ fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Opti
     }
 }
 
-/// Everything in an FMU except its C file `source`, by path in the FMU.
+/// All files of an FMU except its C file `source`, by path in the FMU.
 fn files(
     built: &Built,
     xml: &ModelDescription,

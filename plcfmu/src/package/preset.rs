@@ -68,22 +68,23 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
     Ok(Some(start))
 }
 
-/// The indices of all inputs and parameters that are numbers.
+/// The indices of all numeric inputs and parameters.
 fn settings(description: &Description) -> impl Iterator<Item = usize> {
     let is_setting =
         |of: &Variable| of.kind.is_some() && matches!(of.causality, Causality::Input | Causality::Parameter);
     description.variables.iter().enumerate().filter(move |(_, of)| is_setting(of)).map(|(place, _)| place)
 }
 
-/// The start value that a variable declares.
+/// The declared start value of a variable.
 fn declared(variable: &Variable) -> String {
     let exact = variable.exact.first().map(i128::to_string);
     let number = || Some(variable.kind?.text(variable.start?));
     exact.or_else(number).unwrap_or_default()
 }
 
-/// Whether a variable declares a value written in the file. An FMI integer may hold the bits of the PLC's integer, or
-/// count the milliseconds or nanoseconds of a duration; only durations in seconds are written with a decimal point.
+/// Whether a variable's declared start value equals a value in the file. An FMI integer may hold the bits of the PLC's
+/// integer, or a duration in milliseconds or nanoseconds; the file writes only durations, in seconds, with a decimal
+/// point.
 fn is_declared(variable: &Variable, value: &str) -> bool {
     let Some(kind) = variable.kind.filter(|_| !variable.is_enumeration()) else { return false };
     let whole = declared(variable).parse::<i128>().ok().filter(|_| kind.whole().is_some());
@@ -98,7 +99,7 @@ fn is_declared(variable: &Variable, value: &str) -> bool {
     }
 }
 
-/// An FMU as the source of presets.
+/// An FMU from which presets are made.
 #[derive(Debug)]
 pub struct Original<R> {
     package: Package<R>,
@@ -133,7 +134,7 @@ impl Original<BufReader<File>> {
 }
 
 impl<R: Read + Seek> Original<R> {
-    /// Creates a source of presets from an open package.
+    /// Prepares an open package for making presets.
     ///
     /// # Errors
     /// Its start values are damaged.
@@ -148,8 +149,8 @@ impl<R: Read + Seek> Original<R> {
     /// Rejects an FMU that is damaged or from another tool.
     fn check(&mut self) -> Result<()> {
         if !self.is_checked {
-            // The library of all programs has no table: it reads one from the resources. One that was compiled for a program has
-            // its start values in it.
+            // The program library has no table: it reads one from the resources. A library compiled for a single
+            // program contains its start values.
             let is_program = self.package.archive.find(&format!("resources/{}", manifest::FILE)).is_some();
             let report = check::check(&mut self.package);
             let has_table = report.libraries.iter().any(|(_, binary)| binary.has_table);
@@ -167,7 +168,7 @@ impl<R: Read + Seek> Original<R> {
         Ok(())
     }
 
-    /// The FMU with the values of a loop as its start values.
+    /// Makes an FMU with the values of a loop as its start values.
     ///
     /// # Errors
     /// It was not made by `plcfmu`, is not for the loop's block, or does not accept a value.

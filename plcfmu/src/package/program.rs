@@ -1,5 +1,5 @@
-//! Packs a PLC program in SCL: the sources go into the FMU's resources, next to the library shared by all programs,
-//! which translates them when an instance is created. Nothing is compiled for the program.
+//! Packs a PLC program in SCL: the FMU contains the sources as resources, and the library shared by all programs, which
+//! translates them when an instance is created. Nothing is compiled for the program.
 
 mod assume;
 
@@ -33,54 +33,57 @@ use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The licence notice of the crates in the library of programs.
+/// The licence notice of the crates in the program library.
 const NOTICE: (&str, &str) = ("NOTICE-PROGRAM", include_str!("../../NOTICE-PROGRAM"));
 
 /// The options for packing a program.
 #[derive(clap::Args, Clone, Debug, Default, PartialEq)]
 #[group(skip)] // clap names a group after the type, and others have the same name
 pub struct Options {
-    /// Time between two calls of a program, such as 100ms, 0.5s or 2s; the period of the OB that calls it. With several
-    /// --call, one for each, in their order
+    /// Time between two calls of a program, such as 100ms, 0.5s or 2s: the period of the OB that calls it. With several
+    /// --call, one for each, in the same order
     #[arg(long = "cycle", value_name = "TIME", value_parser = milliseconds)]
     pub cycles: Vec<u32>,
-    /// What is called in place of one function block: an organization block, a function without parameters, an instance; may
-    /// be repeated, each with its --cycle
+    /// Block to call instead of a single function block: an organization block, a function without parameters or an
+    /// instance; may be repeated, each with its --cycle
     #[arg(long = "call", value_name = "NAME", conflicts_with = "fb")]
     calls: Vec<String>,
-    /// The CPU whose rules hold: 300 (and 400), 1200 or 1500; by default, the one that the dialect of the sources
-    /// suggests
+    /// The CPU whose rules apply: 300 (and 400), 1200 or 1500; by default, the one suggested by the dialect of the
+    /// sources
     #[arg(long)]
     cpu: Option<Cpu>,
-    /// The function block or the instance to run; by default the one that no other block calls
+    /// The function block or instance to run; by default, the one not called by any other block
     #[arg(long, value_name = "NAME")]
     fb: Option<String>,
-    /// A PLC tag that no source declares, such as "Start : Bool" or "Start AT %I0.0 : Bool"; or a tag table (.xml, .xlsx, .sdf, or a line for each)
+    /// A PLC tag that no source declares, such as "Start : Bool" or "Start AT %I0.0 : Bool"; or a tag table (.xml,
+    /// .xlsx, .sdf, or a line for each)
     #[arg(long = "tag", value_name = "NAME : TYPE", value_parser = tags)]
     tags: Vec<Tags>,
-    /// An instance data block that no source declares, such as "Motor_DB : Motor"; one that a source declares is run, as with --fb
+    /// An instance data block that no source declares, such as "Motor_DB : Motor"; the name alone of a declared
+    /// instance runs it, like --fb
     #[arg(long = "instance", value_name = "NAME : BLOCK", value_parser = instance)]
     instances: Vec<(String, String)>,
     /// A constant that no source declares, such as MAX=5
     #[arg(long = "constant", value_name = "NAME=VALUE", value_parser = constant)]
     constants: Vec<(String, String)>,
-    /// A block that is taken by its interface alone: its inputs become outputs of the FMU, and its outputs inputs; may be repeated
+    /// A block of which only the interface is used: its inputs become outputs of the FMU, and its outputs inputs; may
+    /// be repeated
     #[arg(long = "stub", value_name = "NAME")]
     stubs: Vec<String>,
-    /// Accept what no source declares as its use tells: tags, data blocks, types, and stubs of blocks that are only called. What is
-    /// assumed is printed, and written to FILE, to be edited and given again [default: assumed.scl]
+    /// Infer undeclared names from their use: tags, data blocks, types, and stubs of blocks that are only called. The
+    /// assumptions are printed and written to FILE, to be edited and passed again [default: assumed.scl]
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "assumed.scl")]
     assume: Option<PathBuf>,
-    /// The most statements in a call of a program [default: 1000000]
+    /// Maximum number of statements in a program call [default: 1000000]
     #[arg(long, value_name = "COUNT")]
     budget: Option<u32>,
-    /// Input of a program that becomes a tunable parameter; may be repeated
+    /// Program input that becomes a tunable parameter; may be repeated
     #[arg(long = "parameter", value_name = "NAME")]
     parameters: Vec<String>,
-    /// Setting of a program (S7_SetPoint), or member of a data block, that becomes an input; may be repeated
+    /// Program setting (S7_SetPoint) or data block member that becomes an input; may be repeated
     #[arg(long = "input", value_name = "NAME")]
     inputs: Vec<String>,
-    /// Local of a program, or member of a data block, that becomes an output; may be repeated
+    /// Local program variable or data block member that becomes an output; may be repeated
     #[arg(long = "output", value_name = "NAME")]
     outputs: Vec<String>,
 }
@@ -116,7 +119,7 @@ impl Options {
         Ok(manifest)
     }
 
-    /// Rejects options that need a program; the error names the first one.
+    /// Rejects options that need a program; the error names the first of them.
     ///
     /// # Errors
     /// An option is given.
@@ -154,7 +157,7 @@ fn tags(text: &str) -> Result<Tags, String> {
     tag(text).map(|tag| Tags { tags: vec![tag], constants: Vec::new() })
 }
 
-/// A name and its block; only the name for an instance that a source declares.
+/// A name and its block; only the name for an instance declared in a source.
 fn instance(text: &str) -> Result<(String, String), String> {
     if text.contains(':') { declaration(text) } else { Ok((unquoted(text).to_string(), String::new())) }
 }
@@ -179,12 +182,12 @@ impl Examined {
     }
 }
 
-/// Why no FMU can be made of a program.
+/// Why a program cannot be packaged as an FMU.
 #[derive(Debug)]
 pub enum Refused {
     /// Errors in the sources.
     Sources(Vec<Problems>),
-    /// The sources have no block to run, or several: a sentence, and the warnings. Nothing else is wrong.
+    /// The sources have no block to run, or several: a sentence, and the warnings. There are no errors.
     Choice(String, Vec<Problems>),
     /// Anything else.
     Other(Error),
@@ -206,11 +209,11 @@ impl From<Refused> for Error {
     }
 }
 
-/// Does everything with the sources that needs no library: `check` reports the result, [`pack`] continues with it. The
-/// sources in the manifest are paths.
+/// Does all processing of the sources that needs no library: `check` reports the result, [`pack`] continues with it.
+/// The sources in the manifest are paths.
 ///
 /// # Errors
-/// Why no FMU can be made of them.
+/// Why they cannot be packaged as an FMU.
 pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
     let Named { manifest, sources, files } = read(manifest)?;
     // In the FMU, all sources are in one folder; messages use the user's names for them.
@@ -243,7 +246,7 @@ pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
     Ok(Examined { manifest, sources, loaded, interface, description, warnings, stop })
 }
 
-/// The interface of the library of programs when it runs this program.
+/// The interface of the program library when it runs this program.
 fn interface(loaded: &Loaded) -> Result<Interface> {
     let capabilities = MapDeserializer::<_, value::Error>::new(CAPABILITIES.iter().copied());
     let log_category = |category: &Category| LogCategory {
@@ -262,7 +265,7 @@ fn is_unit(unit: &str) -> bool {
     units::definition(unit).is_some()
 }
 
-/// The note about a program that stops with its start values.
+/// The note on a program that stops with its start values.
 pub fn stops(stop: &str) -> String {
     format!(
         "with its start values the program stops: {stop}; set what this depends on before the first step, or give it another \
@@ -277,11 +280,11 @@ fn compile_natively(folder: &Path, file: &str, text: &str, door: &Door, told: &s
     c::compile(&folder.join(file), door, told, folder, suffix)
 }
 
-/// Packs the program with these source files as `NAME.fmu` in a folder, and returns the path. Warnings are printed. A
-/// native FMU contains a library compiled by this machine's C compiler; all others, the library shared by all programs.
+/// Packs the program with these source files as `NAME.fmu` in a folder, and returns the path and the warnings. A native
+/// FMU contains a library compiled by this machine's C compiler; any other, the library shared by all programs.
 ///
 /// # Errors
-/// All errors in the sources, with file, line and column; the library of programs is missing.
+/// All errors in the sources, with file, line and column; the program library is missing.
 pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
     version.check()?;
     ensure!(
@@ -394,11 +397,11 @@ struct Named {
     sources: Vec<Source>,
     /// The program's manifest.
     manifest: Manifest,
-    /// The user's names of the sources.
+    /// The user's names for the sources.
     files: Vec<String>,
 }
 
-/// Reads the sources and the manifest, and names the sources as in the FMU.
+/// Reads the sources and the manifest, and gives the sources the names they have in the FMU.
 fn read(manifest: &Manifest) -> Result<Named> {
     let Parts { sources: all, manifest, .. } = crate::program::parts(manifest)?;
     let mut sources: Vec<Source> = Vec::new();
@@ -435,7 +438,7 @@ fn read(manifest: &Manifest) -> Result<Named> {
     Ok(Named { manifest: Manifest { sources: names, ..manifest }, sources, files })
 }
 
-/// The name of the companion of a SIMATIC SD file: the texts of a document, or the document of texts.
+/// The name of a SIMATIC SD file's companion: a document's text file, or a text file's document.
 fn partner(file: &str) -> Option<String> {
     let file = Path::new(file);
     let ending = match file.extension()?.to_ascii_lowercase().to_str()? {

@@ -1,5 +1,5 @@
-//! The library that runs all programs in SCL: where it is found or, in a clone, built. The folder in which the command
-//! is called has no influence: nothing is read or run there.
+//! Finds the library that runs all programs in SCL or, in a clone, builds it. The current folder has no influence:
+//! nothing in it is read or run.
 
 use crate::build::compile::compile_once;
 use crate::build::platform;
@@ -11,32 +11,32 @@ use std::env::consts::{ARCH, OS};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The content embedded in this command by build.rs: the library for its own platform, if it was compiled with
-/// optimization, as by `cargo install`; else the clone that it was compiled from. Neither if the library is shipped
-/// beside it, as in a release.
+/// Embedded in this command by build.rs: the library for its own platform, if it was compiled with optimization, as by
+/// `cargo install`; otherwise, the clone from which it was compiled. Neither if the library is shipped next to the
+/// command, as in a release.
 const OWN: (Option<&[u8]>, Option<&str>) = include!(concat!(env!("OUT_DIR"), "/program_library.rs"));
 
-/// The folder of FMUs whose libraries of programs are taken.
+/// The variable that names a folder of FMUs with program libraries.
 const FMUS: &str = "PLCFMU_FMUS";
 
-/// The folder of the libraries in a folder of FMUs.
+/// The name of the folder with the program libraries in a folder of FMUs.
 pub const FOLDER: &str = "programs";
 
-/// The place of the library for a platform in a folder of FMUs.
+/// The path of the library for a platform in a folder of FMUs.
 pub fn place(folder: &Path, platform: &str) -> PathBuf {
     let suffix = platform::system(platform).map_or("", |(_, suffix)| suffix);
     folder.join(FOLDER).join(platform).join(format!("program{suffix}"))
 }
 
-/// Those in a folder of FMUs, by platform.
+/// The program libraries in a folder of FMUs, by platform.
 pub fn all_in(folder: &Path) -> BTreeMap<&'static str, PathBuf> {
     let places = platform::folders().into_iter().map(|platform| (platform, place(folder, platform)));
     places.filter(|(_, library)| library.is_file()).collect()
 }
 
-/// The library for each platform: those in the folder `programs` beside this command or, in a Python environment, in
-/// `share/plcfmu`; those that were packed with the FMUs in the folder that the variable PLCFMU_FMUS names; that in this command, which
-/// is written into `folder`; or that of the clone which this command was compiled in, which is built once.
+/// Finds the library for each platform: in the folder `programs` next to this command or, in a Python environment, in
+/// `share/plcfmu`; among the packed FMUs in the folder named by the variable PLCFMU_FMUS; in this command, in which
+/// case it is written to `folder`; or in the clone from which this command was compiled, where it is built once.
 ///
 /// # Errors
 /// It is missing or cannot be built, with the reason and the remedy.
@@ -69,7 +69,7 @@ pub fn find(folder: &Path) -> Result<BTreeMap<&'static str, PathBuf>> {
     Ok(BTreeMap::from([(platform, library)]))
 }
 
-/// Builds the library of a clone, for this machine.
+/// Builds the library in a clone, for this machine.
 fn built(clone: &Path) -> Result<(&'static str, PathBuf)> {
     ensure!(
         clone.join("Cargo.toml").is_file(),

@@ -1,5 +1,5 @@
 //! Reference results: the response of a freshly built library to its block's own example, recorded through the C
-//! interface as by a co-simulation master, and packed according to the layered standard fmi-ls-ref.
+//! interface like a co-simulation master does, and packed according to the layered standard fmi-ls-ref.
 
 use crate::package::version::Version;
 use anyhow::{Context, Error, Result};
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-/// The folder that the layered standard prescribes.
+/// The folder prescribed by the layered standard.
 const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
 /// The file that describes the reference experiment.
@@ -24,12 +24,12 @@ pub fn is_file(path: &str) -> bool {
     path == DESCRIPTION || path.strip_prefix(FOLDER).is_some_and(|rest| rest.starts_with('/'))
 }
 
-/// Lets the library run one of the block's examples: one communication step for every call.
+/// Runs one of the block's examples with the library: one communication step for each call.
 ///
 /// `resources` is the URI of the FMU's resources, if it needs any.
 ///
 /// # Errors
-/// A value that the library refuses, with its reason.
+/// The library refuses a value, with its reason.
 pub fn record(
     library: &Library,
     interface: &Interface,
@@ -62,7 +62,7 @@ pub fn record(
     Ok(recording)
 }
 
-/// Sets what the example sets before a call.
+/// Sets the example's values for a call.
 fn set(instance: &mut Instance, table: &Table, response: &Response<String>, call: u32) -> Result<()> {
     for (_, name, value) in response.set.iter().filter(|(before, ..)| *before == call) {
         let row = table.find(name).with_context(|| format!("{} has no variable {name}", table.name))?;
@@ -73,10 +73,10 @@ fn set(instance: &mut Instance, table: &Table, response: &Response<String>, call
     Ok(())
 }
 
-/// Lets the library run one of the block's characteristics: a new instance for every point.
+/// Runs one of the block's characteristics with the library: a new instance for each point.
 ///
 /// # Errors
-/// A value that the library refuses, with its reason.
+/// The library refuses a value, with its reason.
 pub fn sweep(library: &Library, interface: &Interface, characteristic: &Characteristic<String>) -> Result<Sweep> {
     let (table, (from, to)) = (&interface.table, characteristic.range);
     let last = f64::from(characteristic.points - 1);
@@ -103,15 +103,15 @@ pub fn sweep(library: &Library, interface: &Interface, characteristic: &Characte
 /// The recordings of a library.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recordings {
-    /// One of each response of the table; the first one is the reference.
+    /// One for each response of the table; the first is the reference.
     pub responses: Vec<Recording>,
-    /// One of each characteristic.
+    /// One for each characteristic.
     pub characteristics: Vec<Sweep>,
 }
 
-/// The files of the layered standard, by their path in the FMU.
+/// The files of the layered standard, by path in the FMU.
 ///
-/// Values are in the types of a version, and variables have its names.
+/// Values have the types of `version`, and variables its names.
 pub fn files(table: &Table, recording: &Recording, version: Version) -> BTreeMap<String, Vec<u8>> {
     let name = &table.name;
     let mut files = BTreeMap::new();
@@ -138,10 +138,11 @@ fn manifest(name: &str) -> String {
     )
 }
 
-/// The inputs, and the settings that the example tunes, with their values whenever one changes.
+/// The inputs and the settings that the example changes: a row whenever a value changes.
 ///
-/// They change half a CYCLE before the call that first sees them, so that a tool whose communication points are off by
-/// rounding sets them for the same call. The instant stands in two rows, for tools that draw lines between rows.
+/// They change half a CYCLE before the call that first uses them, so that rounding of a tool's communication points
+/// cannot move them to another call. Each change has two rows with the same time, for tools that interpolate between
+/// rows.
 fn input(table: &Table, recording: &Recording, version: Version) -> String {
     let rows = &table.rows;
     let is_tuned =
@@ -190,7 +191,7 @@ fn header(table: &Table, columns: &[usize], version: Version) -> String {
     format!("time{}\n", names.collect::<String>())
 }
 
-/// Numbers that read back bit-equal; Booleans as 0 and 1, which every reader takes.
+/// Writes numbers that read back bit-identical; Booleans as 0 and 1, which every reader accepts.
 fn line(csv: &mut String, table: &Table, columns: &[usize], version: Version, time: f64, values: &[f64]) {
     let _ = write!(csv, "{time:?}");
     for (row, value) in columns.iter().zip(values) {
@@ -239,12 +240,12 @@ fn description(table: &Table, recording: &Recording, version: Version) -> String
     text
 }
 
-/// The contents of [`files`], for the documentation page: links relative to `documentation/`.
+/// Links to the contents of [`files`], for the documentation page, relative to `documentation/`.
 pub fn links(name: &str) -> [(String, &'static str); 2] {
     [(format!("../{FOLDER}/{name}_in.csv"), "inputs"), (format!("../{FOLDER}/{name}_out.csv"), "recorded results")]
 }
 
-/// Loads the library and records all that its documentation shows.
+/// Loads the library and records everything that its documentation shows.
 ///
 /// # Errors
 /// As [`record`].

@@ -1,5 +1,5 @@
-//! The C in the FMU of a block: its law, read from its Rust and printed, between table and door. The library that was built of the
-//! same Rust makes the calls whose hash the C compares its own with.
+//! The C source in a block's FMU: its law, read from the Rust source and printed, between table and door. The C
+//! compares the hash of its calls with the hash of the same calls of the library built from that Rust source.
 
 use crate::build::workspace::{FmuCrate, Workspace};
 use anyhow::{Context, Result, anyhow, ensure};
@@ -16,10 +16,10 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The file of a block's FMU in C, for a version of FMI.
+/// The C file of a block's FMU, for an FMI version.
 ///
 /// # Errors
-/// The law uses something unknown, with file, line and column, or is not that of the library.
+/// The law uses something unknown, with file, line and column, or differs from the library's.
 pub(super) fn generate(
     workspace: &Workspace,
     fmu_crate: &FmuCrate,
@@ -79,12 +79,12 @@ pub(super) fn generate(
     }))
 }
 
-/// Where a number or a structure lies in the memory.
+/// The offset of a number or a structure in memory.
 fn at(program: &Program, path: &str) -> Option<usize> {
     program.find(path).map(|(offset, _)| offset)
 }
 
-/// The hash that a GUID spells.
+/// The hash that a GUID encodes.
 fn hash(guid: &str) -> u128 {
     let digits: String = guid.chars().filter(char::is_ascii_hexdigit).collect();
     let hash = u128::from_str_radix(&digits, 16).unwrap_or_default();
@@ -92,7 +92,7 @@ fn hash(guid: &str) -> u128 {
     hash
 }
 
-/// The numbers in a structure, in their order, as a block stores them.
+/// Collects the numbers in a structure, in the order in which a block stores them.
 fn collect(program: &Program, ty: &ir::Type, offset: usize, name: &str, into: &mut Vec<Field>) {
     match ty {
         ir::Type::Scalar(ty) => {
@@ -117,7 +117,7 @@ fn rust(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<Sources> {
     Ok(sources)
 }
 
-/// Adds the files in a folder and below, by their path in the workspace.
+/// Adds the files in a folder and below, by path in the workspace.
 fn add(workspace: &Workspace, folder: &Path, sources: &mut Sources) -> Result<()> {
     let unread = || format!("{} cannot be read", folder.display());
     let mut paths =
@@ -136,7 +136,7 @@ fn add(workspace: &Workspace, folder: &Path, sources: &mut Sources) -> Result<()
     Ok(())
 }
 
-/// The library, called as by a host: a step for each call.
+/// The library, called as by a host: one step per call.
 struct OfLibrary<'a> {
     instance: Instance,
     interface: &'a Interface,
@@ -173,7 +173,7 @@ impl Subject for OfLibrary<'_> {
     }
 }
 
-/// The law as it was read.
+/// The law that was read.
 struct OfLaw<'a> {
     law: &'a Law,
     interface: &'a Interface,
@@ -189,7 +189,7 @@ impl OfLaw<'_> {
         Ok(of)
     }
 
-    /// Calls a function of the law, and shows the mean of the pulse over this call.
+    /// Calls a function of the law, and sets the mean to the pulse of this call.
     fn run(&mut self, function: usize) -> Result<()> {
         self.machine.call(function, 0).map_err(|stop| anyhow!("{stop:?}"))?;
         if let (Some(mean), Some(pulse)) = (self.interface.table.mean, at(&self.law.program, "pulse")) {
@@ -199,7 +199,7 @@ impl OfLaw<'_> {
         Ok(())
     }
 
-    /// The type of a variable in the memory.
+    /// The type of a variable in memory.
     fn ty(&self, row: usize) -> Result<Scalar> {
         let path = format!("{}.{}", self.law.name, self.interface.table.rows[row].name);
         match self.law.program.find(&path) {

@@ -1,5 +1,5 @@
-//! A system as an SSP file (System Structure and Parameterization): the FMUs, their start values and their connections.
-//! Tools that run systems of FMUs can read it.
+//! Writes a system as an SSP file (System Structure and Parameterization), for tools that run systems of FMUs: the
+//! FMUs, their start values and their connections.
 //!
 //! Element names are C identifiers, and none is a prefix of another: OMSimulator rejects other characters, and FMPy's
 //! master mistakes the parameters of `P10` for those of `P1`.
@@ -23,7 +23,7 @@ pub const PARAMETER_SET: &str = "start";
 /// The options for writing an SSP file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// The version of the standard that the file states.
+    /// The version of the standard stated in the file.
     pub version: Version,
     /// Create connectors only for connected inputs: FMPy's master cannot handle others.
     pub only_connected: bool,
@@ -77,7 +77,7 @@ struct Component<'a> {
 struct Connector<'a> {
     name: &'a str,
     kind: &'static str,
-    /// `None` for an enumeration, whose type is that of the FMU's variable.
+    /// `None` for an enumeration, whose type is defined in the FMU.
     type_name: Option<&'static str>,
     unit: Option<&'a str>,
 }
@@ -107,7 +107,7 @@ struct Resources {
     of: Vec<usize>,
 }
 
-/// Makes an SSP file of a system, with the given name. The libraries of its FMUs are not run.
+/// Makes an SSP file from a system, with the given name, without running its FMUs.
 ///
 /// # Errors
 /// A problem with an FMU, name, value or connection, and the remedy.
@@ -180,7 +180,7 @@ pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     Ok(Ssp { bytes: archive::write(&files)?, fmus, connectors, remarks })
 }
 
-/// The name of a type in a version of SSP: only 2.0 has the types of FMI 3.0.
+/// The name of a type in an SSP version: only 2.0 has the types of FMI 3.0.
 fn type_name_of(kind: Type, version: Version) -> &'static str {
     match (kind, version) {
         (Type::Real | Type::Integer | Type::Boolean, _) | (_, Version::V2) => kind.name(),
@@ -230,7 +230,7 @@ impl Resources {
     }
 }
 
-/// The definitions of all units of the connectors. Each unit name may have only one definition in a file.
+/// The definitions of all units used by connectors. A unit name can have only one definition in a file.
 fn units<'a>(components: &[Component], resources: &'a Resources) -> Result<Vec<UnitDefinition<'a>>> {
     let mut used: Vec<&str> = components.iter().flat_map(|of| &of.connectors).filter_map(|of| of.unit).collect();
     used.sort_unstable();
@@ -254,7 +254,7 @@ fn units<'a>(components: &[Component], resources: &'a Resources) -> Result<Vec<U
     Ok(definitions)
 }
 
-/// The parts of this system that an SSP file cannot hold, and the names that were changed.
+/// Remarks on what an SSP file cannot hold, and on changed names.
 fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     let mut remarks = Vec::new();
     for (member, element) in system.members.iter().zip(elements).filter(|(member, element)| member.name != **element) {
@@ -286,14 +286,14 @@ fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
 /// Names as C identifiers, none of which is a prefix of another.
 fn identifiers(names: &[&str]) -> Result<Vec<String>> {
     let mut identifiers: Vec<String> = names.iter().map(|name| identifier(name)).collect();
-    // Longest first: a name that is a prefix of another is made longer.
+    // Longest first: a name that is a prefix of another is lengthened.
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by_key(|place| std::cmp::Reverse(identifiers[*place].len()));
     let mut taken: Vec<String> = Vec::new();
     for place in order {
         let own = &identifiers[place];
         let longer = std::iter::once('_').chain('A'..='Z').map(|last| format!("{own}{last}"));
-        // Two names that have become equal.
+        // For two names that have become equal.
         let base = own.trim_end_matches('_');
         let numbered = (2..=names.len() + 1).map(|number| format!("{base}x{number}_"));
         let mut candidates = std::iter::once(own.clone()).chain(longer).chain(numbered);

@@ -1,8 +1,8 @@
-//! The folder `terminalsAndIcons` of FMI 3.0: the picture of the model, and which variables one wires together.
+//! The folder `terminalsAndIcons` of FMI 3.0: the model's icon, and the variables that are wired together.
 //!
-//! A terminal has a member for each of its variables. The terminals of a controller and those of a plant have the same names and
-//! members, by which a tool connects them: the setpoint, the process value, the manipulated value, the pulses. Those of a program are the
-//! structures in its interface.
+//! A terminal has a member for each of its variables. The terminals of controllers and plants have the same names and
+//! members, by which a tool connects them: the setpoint, the process value, the manipulated value, the pulses. A
+//! program's terminals are the structures in its interface.
 
 use crate::package::merge::Files;
 use anyhow::Result;
@@ -20,26 +20,26 @@ const FOLDER: &str = "terminalsAndIcons";
 /// The icon of each terminal: an arrow.
 const PORT: &str = r##"<svg xmlns="http://www.w3.org/2000/svg" width="16" height="16" viewBox="0 0 16 16"><path d="M2 2L14 8L2 14Z" fill="#2b5f8a"/></svg>"##;
 
-/// Half of the width and height of the icon, in the units of its coordinates.
+/// Half the width and height of the icon, in its coordinate units.
 const HALF: f64 = 100.0;
 
-/// Half of the size of a terminal there.
+/// Half the size of a terminal in these units.
 const SIDE: f64 = 10.0;
 
-/// Variables that one wires together.
+/// Variables that are wired together.
 #[derive(Debug, PartialEq)]
 struct Terminal {
     name: String,
-    /// Variables with their names in the terminal.
+    /// The variables, each with its member name in the terminal.
     members: Vec<(String, String)>,
-    /// Whether the first variable is an output, and the terminal stands on the right.
+    /// Whether the first variable is an output, which puts the terminal on the right.
     is_output: bool,
 }
 
-/// All files of the folder, by their paths in the FMU.
+/// All files of the folder, by path in the FMU.
 ///
 /// # Errors
-/// The diagram or the dialog in the documentation of the block is faulty.
+/// The diagram or the dialog in the block's documentation is faulty.
 pub(super) fn files(table: &Table, types: Types, names: Names) -> Result<Files> {
     let icon = diagram::icon::svg(table)?;
     let terminals = terminals(table, types)?;
@@ -78,9 +78,9 @@ fn terminals(table: &Table, types: Types) -> Result<Vec<Terminal>> {
         add("PULSES", member, variable, role(variable));
     }
     let rows = table.rows.iter().map(|row| (row.name.as_str(), (row.kind, row.role)));
-    // An array is one variable, if the types have arrays.
+    // An array is a single variable, if the types include arrays.
     for group in grouped(rows, types.has_arrays()) {
-        // An element of an array of structures has no place in a terminal's name.
+        // A terminal's name cannot hold the index of an array of structures.
         if let Some((structure, member)) = group.name.split_once('.').filter(|(structure, _)| !structure.contains('['))
         {
             add(structure, member, &group.name, Some(table.rows[group.rows[0]].role));
@@ -128,7 +128,8 @@ fn xml(terminals: &[Terminal], names: Names) -> String {
     xml
 }
 
-/// The middle of a terminal: on the left those that begin with an input, on the right the others, from top to bottom.
+/// The centre of a terminal. Terminals that begin with an input are on the left, the others on the right, from top to
+/// bottom.
 fn place(terminal: &Terminal, all: &[Terminal]) -> (f64, f64) {
     let side = || all.iter().filter(|other| other.is_output == terminal.is_output);
     let number = side().position(|other| other == terminal).unwrap_or_default() as f64;

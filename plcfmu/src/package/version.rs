@@ -1,4 +1,4 @@
-//! In which version of FMI an FMU is packed, and with which types.
+//! The FMI version, types and names of a packed FMU.
 
 use crate::build::platform;
 use crate::package::merge::{self, Files};
@@ -12,7 +12,8 @@ use modeldescription::v3::{
 };
 use modeldescription::{Interface, Names, Row, Table};
 
-/// How the one file of an FMU is compiled. A shared library has no prefix; a host that links several FMUs leaves that definition out.
+/// How the single C file of an FMU is compiled. A shared library has no prefix; a host that links several FMUs omits
+/// that definition.
 fn build_description(name: &str, file: &str) -> BuildDescription {
     let prefix = PreprocessorDefinition {
         name: "FMI3_OVERRIDE_FUNCTION_PREFIX".into(),
@@ -51,25 +52,25 @@ pub enum Fmi {
 #[derive(clap::Args, Clone, Copy, Debug, Default, PartialEq)]
 #[group(skip)] // clap names a group after the type, and others have the same name
 pub struct Version {
-    /// Version of FMI: 2.0, which every tool reads, or 3.0, with the types of the PLC, arrays and Event Mode
+    /// FMI version: 2.0, which every tool reads, or 3.0, with PLC types, arrays and Event Mode
     #[arg(long, value_name = "VERSION", value_enum, default_value = "2", hide_possible_values = true)]
     pub fmi: Fmi,
-    /// Types of an FMU in FMI 3.0: native, those of the PLC; or wide, for tools that mishandle them: Float64 for REAL and TIME, Int32
-    /// for integers up to 32 bits, and a variable for each element of an array [default: native]
+    /// Types of an FMI 3.0 FMU: native, the PLC's types; or wide, for tools that mishandle them: Float64 for REAL and
+    /// TIME, Int32 for integers up to 32 bits, and a variable for each array element [default: native]
     #[arg(long, value_name = "TYPES", value_parser = types)]
     pub types: Option<Types>,
-    /// Names of variables: structured, those of the PLC, such as par.level; or flat, such as par_level,
-    /// for tools that make buses of structured names or refuse them
+    /// Names of variables: structured, as in the PLC, such as par.level; or flat, such as par_level, for tools that
+    /// turn structured names into buses or refuse them
     #[arg(id = "naming", long = "names", value_name = "NAMES", value_parser = names, default_value = "structured")]
     pub names: Names,
 }
 
-/// The choice of types in an argument.
+/// Parses an argument that chooses types.
 fn types(argument: &str) -> Result<Types, String> {
     Types::named(argument).ok_or_else(|| "the types are native and wide".to_string())
 }
 
-/// The choice of names in an argument.
+/// Parses an argument that chooses names.
 fn names(argument: &str) -> Result<Names, String> {
     match argument {
         "structured" => Ok(Names::Structured),
@@ -79,10 +80,10 @@ fn names(argument: &str) -> Result<Names, String> {
 }
 
 impl Version {
-    /// Refuses types that the version does not have.
+    /// Refuses a choice of types for FMI 2.0.
     ///
     /// # Errors
-    /// There is one of them.
+    /// Types are specified for FMI 2.0.
     pub fn check(self) -> Result<()> {
         ensure!(
             self.fmi == Fmi::Three || self.types.is_none(),
@@ -91,7 +92,7 @@ impl Version {
         Ok(())
     }
 
-    /// A library's description of itself, for an FMU of this version.
+    /// A library's self-description, adapted to an FMU of this version.
     pub fn adapt(self, interface: &Interface) -> Interface {
         let version = match self.fmi {
             Fmi::Two => interface.version.clone(),
@@ -100,14 +101,13 @@ impl Version {
         Interface { version, types: self.types.unwrap_or(Types::Native), names: self.names, ..interface.clone() }
     }
 
-    /// The door of its FMUs in C.
+    /// The C door of FMUs of this version.
     pub fn door(self) -> &'static Door {
         let types = (self.fmi == Fmi::Three).then(|| self.types.unwrap_or(Types::Native));
         fmu::door(types)
     }
 
-    /// The C source of an FMU, a file with its name and content, with the version's other files for the folder
-    /// `sources`.
+    /// The files of the folder `sources`: the C source of an FMU, and the version's other files.
     pub fn sources(self, name: &str, text: String) -> Files {
         let file = format!("{name}.c");
         let mut files = Files::from([(format!("sources/{file}"), text.into_bytes())]);
@@ -117,10 +117,10 @@ impl Version {
         files
     }
 
-    /// The picture of the model, and what else shows it where the version has a place for that.
+    /// The model's picture, and further graphics if the version supports them.
     ///
     /// # Errors
-    /// The documentation of the block is faulty.
+    /// The block's documentation is faulty.
     pub fn pictures(self, table: &Table) -> Result<Files> {
         match self.fmi {
             Fmi::Two => Ok(Files::from([("model.png".into(), picture::png(&diagram::icon::svg(table)?)?)])),
@@ -128,7 +128,7 @@ impl Version {
         }
     }
 
-    /// The files of an FMU of FMI 2.0 where this version has them.
+    /// Moves the files of an FMI 2.0 FMU to their paths in this version.
     pub fn placed(self, mut files: Files) -> Files {
         match self.fmi {
             Fmi::Two => merge::add_stand_in(&mut files),
@@ -147,7 +147,7 @@ impl Version {
         files
     }
 
-    /// A value of a row, as recorded through FMI 2.0, in the type that this version has for it.
+    /// A row's value, as recorded through FMI 2.0, in this version's type.
     pub fn value(self, row: &Row, value: f64) -> f64 {
         let native = self.fmi == Fmi::Three && self.types != Some(Types::Wide);
         match row.kind {
@@ -159,7 +159,7 @@ impl Version {
         }
     }
 
-    /// Whether this version has an integer or a truth value for a PLC type.
+    /// Whether this version represents a PLC type as an integer or a Boolean.
     pub fn is_whole(self, kind: Kind) -> bool {
         match self.fmi {
             Fmi::Two => kind.class() != Class::Real,

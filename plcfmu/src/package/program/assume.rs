@@ -1,4 +1,4 @@
-//! Assumptions about names that no source declares: a separate source, which a user may edit.
+//! Assumptions about undeclared names: a separate source that a user may edit.
 
 use crate::program::{self, Parts};
 use crate::tell;
@@ -9,16 +9,16 @@ use scl::Assumption;
 use std::fs;
 use std::path::Path;
 
-/// The beginning of a new file of assumptions.
+/// The beginning of a new assumption file.
 const HEAD: &str = "// What plcfmu has assumed, because no source declares it. Correct it, and pass it again: --assume with this file.\n\
     // A variable that is only read is an input of the FMU, another one an output; AT %I*, %Q* or %M* says it.\n\
     // Nothing here is a statement on safety: a safety block is taken by its interface alone.\n\n";
 
-/// Adds the file of assumptions to the sources of a program, the missing declarations to the file, and a cycle to the
-/// manifest. Each new assumption is printed.
+/// Adds the assumption file to the sources of a program, the missing declarations to the file, and a cycle to the
+/// manifest. Prints each new assumption.
 ///
 /// # Errors
-/// A file of the program cannot be read, or that of the assumptions cannot be written.
+/// A program file cannot be read, or the assumption file cannot be written.
 pub(super) fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
     if file.is_file() && !program::has_source(manifest, file)? {
         manifest.sources.push(file.to_path_buf());
@@ -49,7 +49,7 @@ pub(super) fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// An assumption in a line, with the place of the first use.
+/// An assumption on one line, with the location of its first use.
 fn line(assumption: &Assumption, sources: &[Source]) -> String {
     let (file, at) = assumption.at;
     let place = sources.get(file as usize).map_or_else(String::new, |source| {
