@@ -67,7 +67,7 @@ fn program_library(root: &Path) -> io::Result<String> {
     let output = cargo.env_remove("RUSTC_WORKSPACE_WRAPPER").output()?;
     if !output.status.success() {
         return Err(io::Error::other(format!(
-            "the library of programs does not compile:\n{}",
+            "the program library does not compile:\n{}",
             String::from_utf8_lossy(&output.stderr)
         )));
     }

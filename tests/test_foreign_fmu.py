@@ -288,7 +288,7 @@ def test_ssp_packs_nothing_that_check_calls_wrong(command, planted, tmp_path, id
     code, output, _ = called(command, tmp_path, "check evil.fmu")
     assert code == 1 and "is not a C identifier" in output
     code, output, errors = called(command, tmp_path, "ssp evil.fmu --step=1 --stop=2 --out=evil.ssp")
-    assert code == 1 and "evil.fmu: the FMU is wrong: modelDescription.xml: modelIdentifier = " in errors, errors
+    assert code == 1 and "evil.fmu: the FMU is faulty: modelDescription.xml: modelIdentifier = " in errors, errors
     assert not (tmp_path / "evil.ssp").exists()
 
 

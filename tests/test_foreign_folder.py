@@ -214,8 +214,8 @@ def test_a_program_is_built_without_a_word_of_cargo_unless_it_has_something_to_s
 def test_why_the_library_of_programs_is_not_built_is_said(with_cargo):
     done = with_cargo('case $1 in metadata) echo "error: no toolchain" >&2; exit 1;; esac')
     reason = f"cargo cannot read the package in {ROOT}: no toolchain"
-    assert (done.returncode, done.stderr) == (1, f"error: the library of programs cannot be built: {reason}\n")
+    assert (done.returncode, done.stderr) == (1, f"error: the program library cannot be built: {reason}\n")
     done = with_cargo('case $1 in build) echo "error: no space left" >&2; exit 101;; esac')
     first, last = done.stderr.splitlines()
     assert done.returncode == 1 and first == "error: no space left"
-    assert last.startswith("error: the library of programs cannot be built: ") and last.endswith("ended with exit status: 101")
+    assert last.startswith("error: the program library cannot be built: ") and last.endswith("ended with exit status: 101")

@@ -135,7 +135,7 @@ def test_without_cargo_the_remedy_is_said(command, tmp_path):
     (tmp_path / "Cargo.toml").write_text("[package]\nname = 'a'\n")
     done = subprocess.run([command, "build"], cwd=tmp_path, env={"PATH": str(tmp_path)}, capture_output=True, text=True)
     assert done.returncode == 1
-    assert done.stderr.endswith(": cargo was not found: FMUs of Rust are built with Rust, see https://rustup.rs\n")
+    assert done.stderr.endswith(": cargo was not found: Rust is needed to build FMUs from crates, see https://rustup.rs\n")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="wait4 tells the memory of a process in kB on Linux")

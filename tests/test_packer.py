@@ -278,12 +278,12 @@ def test_a_folder_that_exists_is_not_touched(plcfmu, tmp_path):
     (folder / "notes.txt").write_text("mine", encoding="utf-8")
     refused = plcfmu("new", "valve", cwd=tmp_path)
     assert refused.returncode == 1
-    assert refused.stderr == "error: valve exists already: choose another name, or another folder with --out\n"
+    assert refused.stderr == "error: valve already exists: choose another name, or another folder with --out\n"
     assert [path.name for path in folder.iterdir()] == ["notes.txt"]
 
 
 def test_a_folder_without_a_package_is_told_in_one_sentence(plcfmu, tmp_path):
     refused = plcfmu("build", cwd=tmp_path)
     assert refused.returncode == 1
-    assert refused.stderr.startswith("error: cargo cannot read the package of this folder: could not find `Cargo.toml` in ")
+    assert refused.stderr.startswith("error: cargo cannot read the package in this folder: could not find `Cargo.toml` in ")
     assert refused.stderr.count("\n") == 1

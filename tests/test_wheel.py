@@ -209,7 +209,7 @@ def test_an_archive_without_the_library_of_programs_does_not_pass(files, tmp_pat
     done = tried(tmp_path)
     assert done.returncode == 1
     assert done.stderr.startswith(f"error: {packed.name}: plcfmu build tank.scl --cycle=500ms ends with status 1:\n")
-    assert "the library of programs is missing: it belongs in the folder programs beside " in done.stderr
+    assert "the program library is missing: it belongs in the folder programs next to " in done.stderr
 
 
 def test_the_package_of_the_wheel_finds_the_fmus_of_the_wheel(installed):

@@ -59,7 +59,7 @@ impl FromStr for Address {
         };
         let port = port.map(|port| port.parse().map_err(|_| anyhow!("{text:?}: {port:?} is not a TCP port")));
         let port = port.unwrap_or(Ok(PORT))?;
-        ensure!(!host.is_empty(), "{text:?} names no host: {EXAMPLE}");
+        ensure!(!host.is_empty(), "{text:?} has no host: {EXAMPLE}");
         let small = |what: &str, number: &str, highest: u8| match number.parse() {
             Ok(number) if number <= highest => Ok(number),
             _ => Err(anyhow!("{text:?}: {number:?} is not a {what}, which is 0 ... {highest}: {EXAMPLE}")),
@@ -71,7 +71,7 @@ impl FromStr for Address {
             .filter(|number| *number > 0);
         let number = number.with_context(|| {
             format!(
-                "{text:?}: {block:?} is not a data block such as DB41; a PLC knows data blocks by number, not by symbol"
+                "{text:?}: {block:?} is not a data block such as DB41; a PLC identifies data blocks by number, not by symbol"
             )
         })?;
         Ok(Address { host: host.into(), port, rack: small("rack", rack, 7)?, slot: small("slot", slot, 31)?, number })
@@ -121,7 +121,7 @@ fn connect(address: &Address) -> Result<TcpStream> {
     let places = (host.as_str(), *port).to_socket_addrs();
     let place = places.ok().and_then(|mut places| places.next());
     let place =
-        place.with_context(|| format!("the name {host} is not known: check it, or use the PLC's IP address"))?;
+        place.with_context(|| format!("the host name {host} is unknown: check it, or use the PLC's IP address"))?;
     let stream = TcpStream::connect_timeout(&place, PATIENCE).map_err(|error| match error.kind() {
         ErrorKind::ConnectionRefused => {
             anyhow!("{host} refuses connections to port {port}: it is not an S7, or a firewall blocks the port")
@@ -178,7 +178,7 @@ fn read(stream: &mut (impl Read + Write), address: &Address, start: usize, lengt
     let granted = parameters.get(6..8).map_or(0, |granted| usize::from(u16::from_be_bytes([granted[0], granted[1]])));
     ensure!(
         length + OVERHEAD <= granted,
-        "the block takes {length} bytes, and the PLC sends at most {} in one answer: two answers could hold values of \
+        "the block needs {length} bytes, but the PLC sends at most {} in one answer: two answers could hold values from \
          different moments",
         granted.saturating_sub(OVERHEAD)
     );
@@ -192,18 +192,18 @@ fn read(stream: &mut (impl Read + Write), address: &Address, start: usize, lengt
     let bytes = &header[3..];
     ensure!(
         bytes.len() >= length,
-        "the PLC sent {} bytes where {length} were asked for: DB{} is too short",
+        "the PLC sent {} bytes instead of {length}: DB{} is too short",
         bytes.len(),
         address.number
     );
     Ok(bytes[..length].to_vec())
 }
 
-const NO_S7: &str = "the answer is not one of an S7: check the address and the port";
+const NO_S7: &str = "the answer is not from an S7: check the address and the port";
 
 fn wrong_place(address: &Address) -> String {
     format!(
-        "no CPU in rack {}, slot {}, or it takes no connections: an S7-300 is in rack 0, slot 2, an S7-1200 or \
+        "no CPU in rack {}, slot {}, or it accepts no connections: an S7-300 is in rack 0, slot 2, an S7-1200 or \
          S7-1500 in rack 0, slot 1, an S7-400 where the hardware configuration shows it",
         address.rack, address.slot
     )
@@ -216,7 +216,7 @@ fn refusal(code: u8, number: u16, end: usize) -> String {
             "the PLC denies access to DB{number}: lower the protection level of the CPU, or allow full access without a password"
         ),
         0x05 => format!(
-            "DB{number} is shorter than {end} bytes, so that it is not an instance of this block, or it is an optimized data block \
+            "DB{number} is shorter than {end} bytes, so it is not an instance of this block, or it is an optimized data block \
              of an S7-1200 or S7-1500: switch off \"Optimized block access\" in its properties and load it"
         ),
         0x06 | 0x07 => format!("the PLC cannot read bytes of DB{number} (code {code:#04x})"),
@@ -238,7 +238,7 @@ fn refusal_of_request(class: u8, code: u8) -> String {
         (0xD2, 0x41) | (0xD6, _) => {
             "the PLC denies access by its protection level: allow reading without a password".to_string()
         }
-        (0x85, _) => "the PLC found the request too long".into(),
+        (0x85, _) => "the PLC rejected the request as too long".into(),
         (0x83, _) => "the PLC has no resources left for the request: try again later".into(),
         _ => format!("the PLC refuses the request with the error class {class:#04x}, code {code:#04x}"),
     }
@@ -266,7 +266,7 @@ const SETUP: [u8; 20] = {
 fn read_request(number: u16, start: usize, length: usize) -> Result<Vec<u8>> {
     let bit = u32::try_from(start * 8).ok().filter(|bit| *bit < 1 << 24);
     let bit =
-        bit.with_context(|| format!("the offset is {start}: a data block has less than 2097152 bytes"))?.to_be_bytes();
+        bit.with_context(|| format!("the offset is {start}: a data block has fewer than 2097152 bytes"))?.to_be_bytes();
     let (length, number) = ((length as u16).to_be_bytes(), number.to_be_bytes());
     let mut request = DATA.to_vec();
     // A job with 14 bytes of parameters and no data.

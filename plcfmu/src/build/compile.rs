@@ -90,7 +90,7 @@ pub fn compile_joined(
     }
     let [(platform, _), _, ..] = targets else { return parts.pop().context("no target was given") };
     let folder = workspace.target.join("platforms").join(platform.folder).join("joined");
-    fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    fs::create_dir_all(&folder).with_context(|| format!("{} cannot be created", folder.display()))?;
     let join = |fmu_crate: &FmuCrate| {
         let mut files = Vec::new();
         for part in parts.iter().filter_map(|part| part.get(&fmu_crate.name)) {

@@ -61,14 +61,14 @@ impl Names {
             && package.len() <= LONGEST_NAME;
         if !is_valid {
             bail!(
-                "{package:?} cannot be the name of a crate: use lower-case letters, digits and _, with a letter first, at \
+                "{package:?} is not a valid crate name: use lower-case letters, digits and _, beginning with a letter, at \
                  most {LONGEST_NAME}, such as my_block"
             );
         }
         let identifier = package.replace('-', "_");
         if RESERVED.split_whitespace().any(|reserved| reserved == identifier) {
             bail!(
-                "{package:?} cannot be the name of a crate: Rust or plcfmu uses it; choose another, such as my_{identifier}"
+                "{package:?} is not a valid crate name: Rust or plcfmu uses it; choose another, such as my_{identifier}"
             );
         }
         let words: Vec<&str> = identifier.split('_').filter(|word| !word.is_empty()).collect();
@@ -106,10 +106,10 @@ pub fn check_license(license: &str) -> Result<()> {
 /// The folder already exists, or cannot be written.
 pub fn create(path: &Path, names: &Names, license: Option<&str>) -> Result<()> {
     if path.symlink_metadata().is_ok() {
-        bail!("{} exists already: choose another name, or another folder with --out", path.display());
+        bail!("{} already exists: choose another name, or another folder with --out", path.display());
     }
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let failed = || format!("{} cannot be made", path.display());
+    let failed = || format!("{} cannot be created", path.display());
     fs::create_dir_all(parent).with_context(failed)?;
     // Created next to its destination, so that it appears complete or not at all.
     let temporary = temporary::Folder::new_in(parent).with_context(failed)?;
@@ -145,7 +145,7 @@ pub fn different_source(crate_folder: &Path) -> Option<String> {
 pub fn update(crate_folder: &Path) -> Result<()> {
     let folder = crate_folder.join(SOURCES_FOLDER);
     if !folder.join("fmu/Cargo.toml").is_file() {
-        bail!("{} has no sources of plcfmu: only a crate made by 'plcfmu new' has", folder.display());
+        bail!("{} has no plcfmu sources: only a crate created by 'plcfmu new' has them", folder.display());
     }
     let failed = || format!("{} cannot be replaced", folder.display());
     let temporary = temporary::Folder::new_in(crate_folder).with_context(failed)?;
@@ -227,7 +227,7 @@ mod tests {
     fn a_folder_that_exists_is_never_touched() {
         let folder = tempfile::tempdir().unwrap();
         let error = create(folder.path(), &Names::new("pump").unwrap(), None).unwrap_err().to_string();
-        assert!(error.contains("exists already: choose another name, or another folder with --out"), "{error}");
+        assert!(error.contains("already exists: choose another name, or another folder with --out"), "{error}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 

@@ -41,7 +41,7 @@ fn processor(library: &[u8]) -> Result<(u32, u32)> {
     let header = MachHeader64::<Endianness>::parse(library, 0);
     let read =
         header.and_then(|header| header.endian().map(|endian| (header.cputype(endian).0, header.cpusubtype(endian).0)));
-    read.context("it is not a 64-bit library of macOS for one processor")
+    read.context("it is not a 64-bit macOS library for one processor")
 }
 
 #[cfg(test)]
@@ -71,6 +71,6 @@ mod tests {
             "two libraries for the same processor cannot be joined"
         );
         let error = join(&[b"\x7fELF".to_vec()]).unwrap_err().to_string();
-        assert_eq!(error, "it is not a 64-bit library of macOS for one processor");
+        assert_eq!(error, "it is not a 64-bit macOS library for one processor");
     }
 }

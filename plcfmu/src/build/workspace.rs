@@ -42,7 +42,7 @@ impl Workspace {
     /// # Errors
     /// Cargo's message if it cannot read the workspace.
     pub fn find() -> Result<Workspace> {
-        Workspace::from(&mut MetadataCommand::new()).context("cargo cannot read the package of this folder")
+        Workspace::from(&mut MetadataCommand::new()).context("cargo cannot read the package in this folder")
     }
 
     /// The workspace in another folder. The current folder has no influence: cargo is started in `folder`, so that a
@@ -61,7 +61,7 @@ impl Workspace {
                 anyhow!("{}", stderr.trim().trim_start_matches("error: "))
             }
             cargo_metadata::Error::Io(error) if error.kind() == ErrorKind::NotFound => {
-                anyhow!("cargo was not found: FMUs of Rust are built with Rust, see https://rustup.rs")
+                anyhow!("cargo was not found: Rust is needed to build FMUs from crates, see https://rustup.rs")
             }
             error => anyhow!(error),
         });

@@ -37,7 +37,7 @@ pub fn run(starter: &Starter, path: &Path) -> Result<()> {
 pub fn interface(starter: &Starter, path: &Path) -> Result<Interface> {
     if !has_table(&mut Package::open(path)?)? {
         bail!(
-            "it was not made by plcfmu: nothing says which PLC types its variables have; `plcfmu info` shows its start values"
+            "it was not made by plcfmu: the PLC types of its variables are unknown; `plcfmu info` shows its start values"
         );
     }
     Ok(Interface::parse(&ask(starter, &Request::Interface(path.into()))?)?)

@@ -135,7 +135,9 @@ fn misnamed<R: Read + Seek>(package: &Package<R>) -> Vec<String> {
         folder.and_then(|(folder, file)| Some(file.ends_with(platform::system(folder)?.1))).unwrap_or(false)
     };
     let names = package.archive.entries().iter().map(|entry| entry.name.as_str()).filter(|path| is_library(path));
-    names.map(|path| format!("{path}: it is not named {}, as hosts look for it", shortened(identifier))).collect()
+    names
+        .map(|path| format!("{path}: it is not named {}, the name that hosts look for", shortened(identifier)))
+        .collect()
 }
 
 /// Reads a library and checks that it matches the model description.
@@ -149,7 +151,7 @@ fn check_library<R: Read + Seek>(
     // FMI 2.0 defines the contents only of the folders that it names.
     if let Some((_, suffix)) = platform::system(&file.platform) {
         is_for(&binary, &file.platform)?;
-        ensure!(file.path.ends_with(suffix), "hosts look for a library whose name ends with {suffix} there");
+        ensure!(file.path.ends_with(suffix), "hosts look there for a library whose name ends in {suffix}");
     }
     if package.description.co_simulation.is_some()
         && let Some(missing) = binary.missing(functions(&package.description))
@@ -175,7 +177,7 @@ fn check_library<R: Read + Seek>(
         Ok(None) => {
             let guid = shortened(guid);
             bail!(
-                "it does not contain the GUID {guid:?} of {DESCRIPTION}, and there are no start values of a preset in {path}: \
+                "it does not contain the GUID {guid:?} of {DESCRIPTION}, and {path} has no start values of a preset: \
                  the two come from different builds, or the start values are missing"
             );
         }
@@ -318,10 +320,7 @@ fn run_with_events(fmu: &Fmu, start: f64, step: f64) -> Result<()> {
         let mut updates = 0;
         while instance.update()?.is_needed {
             updates += 1;
-            ensure!(
-                updates < MOST_UPDATES,
-                "fmi3UpdateDiscreteStates wants to be called more than {MOST_UPDATES} times"
-            );
+            ensure!(updates < MOST_UPDATES, "fmi3UpdateDiscreteStates requests more than {MOST_UPDATES} calls");
         }
         instance.leave_events()?;
         instance.step(start + f64::from(call) * step, step)?;
@@ -342,7 +341,7 @@ fn check_starts(description: &Description, instance: &mut Instance) -> Result<()
         let is_same = own == declared || (own - declared).abs() <= ROUNDED * own.abs().max(declared.abs());
         ensure!(
             is_same || own.is_nan() && declared.is_nan(),
-            "{name:?} starts with {own:?}, but its start value in {DESCRIPTION} is {declared:?}: hosts take it for the one declared"
+            "{name:?} starts with {own:?}, but its start value in {DESCRIPTION} is {declared:?}: hosts rely on the declared value"
         );
     }
     Ok(())
@@ -422,11 +421,9 @@ mod tests {
         let falsified = ModelDescription { guid: "{2}".into(), ..description() };
         assert_eq!(
             report(&falsified, library(true, "{1}")).errors,
-            [
-                "binaries/darwin64/PUMP.dylib: it does not contain the GUID \"{2}\" of modelDescription.xml, and there are no \
-                 start values of a preset in resources/start.txt: the two come from different builds, or the start values \
-                 are missing"
-            ]
+            ["binaries/darwin64/PUMP.dylib: it does not contain the GUID \"{2}\" of modelDescription.xml, and \
+                 resources/start.txt has no start values of a preset: the two come from different builds, or the start \
+                 values are missing"]
         );
         // A library of another tool may compute its GUID.
         assert_eq!(report(&falsified, library(false, "{1}")).errors, [""; 0]);

@@ -37,7 +37,7 @@ const ADDED: [(&str, &str); 5] = [
     (".cdx.json", "The crates in the command: a bill of materials (CycloneDX)"),
     (".tar.gz", "The command plcfmu"),
     (".zip", "The command plcfmu"),
-    (".html", "The parameter tool: a page that runs by itself, from a disk or a web server"),
+    (".html", "The parameter tool: a self-contained page, to be opened from disk or a web server"),
     (".whl", "For pip: the command plcfmu, the Python package plcfmu, and all FMUs"),
 ];
 
@@ -45,7 +45,7 @@ const ADDED: [(&str, &str); 5] = [
 const TWINCAT: (&str, &str, &str) = (
     "plcfmu.xml",
     include_str!("templates/twincat.xml"),
-    "Settings for TwinCAT's Target for FMI, which builds the C sources of FMUs (made after its documentation, not tried)",
+    "Settings for TwinCAT's Target for FMI, which builds the C sources of FMUs (written from its documentation, untested)",
 );
 
 /// The folder for trying the FMUs in other tools: each FMU with its reference results, in the layout of the FMI
@@ -134,7 +134,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
 /// Checks that the folder was created by this command, and may therefore be replaced.
 fn check_replaceable(folder: &Path) -> Result<()> {
     if folder.exists() && !folder.join(SUMS).is_file() {
-        bail!("{} exists and was not made by this command: choose another folder with --out", folder.display());
+        bail!("{} exists and was not created by this command: choose another folder with --out", folder.display());
     }
     Ok(())
 }
@@ -144,7 +144,7 @@ fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
     let newer: Vec<PathBuf> = packed.iter().map(|folder| folder.join(NEWER)).collect();
     if let Some(missing) = newer.iter().find(|folder| !folder.is_dir()) {
         let missing = missing.display();
-        bail!("the FMUs of FMI 3.0 are missing in {missing}: pack them with 'cargo xtask fmu --fmi 3 --out {missing}'");
+        bail!("the FMI 3.0 FMUs are missing from {missing}: pack them with 'cargo xtask fmu --fmi 3 --out {missing}'");
     }
     join_fmus(packed, new)?;
     join_fmus(&newer, &new.join(NEWER))?;
@@ -204,8 +204,8 @@ fn check_programs(platforms: &BTreeSet<String>, programs: &BTreeMap<&str, PathBu
     match platforms.iter().find(|platform| !programs.contains_key(platform.as_str())) {
         None => Ok(()),
         Some(platform) => bail!(
-            "the FMUs have libraries for {platform}, but the library of programs for it is missing: pack all FMUs with 'cargo xtask \
-             fmu --platform {platform}', and keep the folder {} beside them",
+            "the FMUs have libraries for {platform}, but its program library is missing: pack all FMUs with 'cargo xtask \
+             fmu --platform {platform}', and keep the folder {} next to them",
             program_library::FOLDER
         ),
     }
@@ -290,7 +290,7 @@ fn names(folder: &Path, end: &str) -> Result<Vec<String>> {
 
 /// The table of all files, in Markdown.
 fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
-    let mut table = String::from("# What is in which file\n\n| file | for | kB | what it is |\n|---|---|---|---|\n");
+    let mut table = String::from("# Contents\n\n| file | for | kB | what it is |\n|---|---|---|---|\n");
     for (name, bytes) in files {
         let (platforms, what) = match ADDED.iter().find_map(|(end, what)| Some((name.strip_suffix(end)?, what))) {
             _ if name == TWINCAT.0 => ("TwinCAT".into(), TWINCAT.2.to_string()),
@@ -307,7 +307,7 @@ fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
     }
     let _ = write!(
         table,
-        "\nThe FMUs in {NEWER}/ are those of FMI 3.0. FMI 2.0 has no folder for Linux on ARM: the FMUs in {ALONE}/ have that library in linux64, too, for tools that \
+        "\nThe folder {NEWER}/ has the FMI 3.0 FMUs. FMI 2.0 has no folder for Linux on ARM: the FMUs in {ALONE}/ also have that library in linux64, for tools that \
          look there. {COMPATIBILITY}/ has each FMU with inputs, reference results and options, in the layout of the FMI \
          cross-check.\n"
     );
@@ -395,7 +395,7 @@ mod tests {
         let programs = |names: &[&'static str]| names.iter().map(|name| (*name, PathBuf::new())).collect();
         check_programs(&platforms, &programs(&["darwin64", "linux64", "win64"])).unwrap();
         let error = check_programs(&platforms, &programs(&["linux64"])).unwrap_err().to_string();
-        assert!(error.starts_with("the FMUs have libraries for win64, but the library of programs"), "{error}");
+        assert!(error.starts_with("the FMUs have libraries for win64, but its program library"), "{error}");
     }
 
     #[test]

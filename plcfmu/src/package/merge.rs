@@ -140,7 +140,7 @@ fn difference_of(first: &Description, second: &Description) -> Option<String> {
             let mut pairs = first.variables.iter().zip(&second.variables);
             let (own, other) = pairs.find(|(own, other)| own != other)?;
             Some(if own.name == other.name {
-                format!("variable {} has another {} in one than in the other", quoted(&own.name), attribute(own, other))
+                format!("variable {} differs in its {}", quoted(&own.name), attribute(own, other))
             } else {
                 format!("where one has the variable {}, the other has {}", quoted(&own.name), quoted(&other.name))
             })
@@ -164,7 +164,7 @@ fn attribute(own: &Variable, other: &Variable) -> &'static str {
         ("type", own.type_name == other.type_name),
         ("unit, range or start value", value(own) == value(other) && own.start_text == other.start_text),
     ];
-    equal.into_iter().find(|(_, is_equal)| !is_equal).map_or("way to get its first value", |(attribute, _)| attribute)
+    equal.into_iter().find(|(_, is_equal)| !is_equal).map_or("initial attribute", |(attribute, _)| attribute)
 }
 
 fn line_difference(first: &[u8], second: &[u8]) -> String {
@@ -180,7 +180,7 @@ fn line_difference(first: &[u8], second: &[u8]) -> String {
 /// Which FMU differs from the first, and how.
 pub fn join_all(packages: Vec<(String, Files)>) -> Result<Files> {
     let mut packages = packages.into_iter();
-    let (first_name, mut joined) = packages.next().context("no FMU is given")?;
+    let (first_name, mut joined) = packages.next().context("no FMU specified")?;
     for (name, files) in packages {
         joined = join(joined, files).with_context(|| format!("{first_name} and {name} cannot be merged"))?;
     }
@@ -289,7 +289,7 @@ mod tests {
         text.model_variables[0].description = Some("Flow".into());
         assert_eq!(
             difference_of(&pump(&|_| ()).description(), &text.description()),
-            Some("variable \"Q\" has another description in one than in the other".into())
+            Some("variable \"Q\" differs in its description".into())
         );
         text.model_variables[0].name = "P".into();
         assert_eq!(

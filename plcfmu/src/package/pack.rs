@@ -64,7 +64,7 @@ pub struct Options {
 
 /// Parses an argument of `--library` into platform and file.
 fn given_library(argument: &str) -> Result<(&'static str, PathBuf)> {
-    let (platform, file) = argument.split_once('=').context("give it as PLATFORM=FILE, such as win64=pump.dll")?;
+    let (platform, file) = argument.split_once('=').context("write PLATFORM=FILE, such as win64=pump.dll")?;
     Ok((platform::folder(platform)?, file.into()))
 }
 
@@ -106,11 +106,11 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
     let mut given = BTreeMap::new();
     for (folder, path) in &options.libraries {
         if options.platforms.contains(folder) || given.insert(*folder, path.clone()).is_some() {
-            bail!("{folder} is asked for twice: build it with --platform, or give its library once with --library");
+            bail!("{folder} is requested twice: build it with --platform, or name its library once with --library");
         }
     }
     if !given.is_empty() && crates != 1 {
-        bail!("--library belongs to one FMU, but {crates} are to be packed: name the one, such as 'PUMP'");
+        bail!("--library belongs to one FMU, but {crates} would be packed: name one, such as 'PUMP'");
     }
     let mut folders = options.platforms.clone();
     if folders.is_empty() && !given.contains_key(host.folder) {
@@ -187,7 +187,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     if !plan.has_host {
         let host = plan.host.folder;
         tell::note(&format!(
-            "the library for this machine ({host}) was built for the tables only; the FMUs do not have it"
+            "the library for this machine ({host}) was built only for the tables; the FMUs do not contain it"
         ));
     } else if plan.is_host_native && plan.host.is_linux() {
         note_glibc(&all, options.native)?;
@@ -266,9 +266,9 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 /// # Errors
 /// The crate does not exist.
 pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
-    const WHAT: &str = "an FMU is made by a package with a cdylib that depends on fmu";
+    const WHAT: &str = "an FMU needs a package with a cdylib that depends on fmu";
     if workspace.crates.is_empty() {
-        bail!("no FMU in {}: {WHAT}; 'plcfmu new NAME' makes one", workspace.root.display());
+        bail!("no FMU in {}: {WHAT}; 'plcfmu new NAME' creates one", workspace.root.display());
     }
     let is_named = |name: &str, fmu_crate: &FmuCrate| !fmu_crate.test_only && is_same(name, &fmu_crate.name);
     let names = |test_only: bool| -> String {
@@ -303,7 +303,7 @@ fn is_same(a: &str, b: &str) -> bool {
 fn check_names(made: &[(&str, &str)]) -> Result<()> {
     for (place, (package, fmu)) in made.iter().enumerate() {
         if let Some((other, _)) = made[..place].iter().find(|(_, other)| is_same(other, fmu)) {
-            bail!("the packages {other} and {package} both make {fmu}.fmu: give one of the blocks another name");
+            bail!("the packages {other} and {package} both make {fmu}.fmu: rename one of the blocks");
         }
     }
     Ok(())
@@ -323,7 +323,7 @@ fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
         fs::create_dir_all(&own)?;
         let lock = File::create(own.join(".lock"))?;
         if lock.try_lock().is_err() {
-            tell::text("waiting for another command that packs the FMUs of this workspace ...");
+            tell::text("waiting for another command that is packing the FMUs of this workspace ...");
             lock.lock()?;
         }
         fs::create_dir_all(folder)?;
@@ -363,7 +363,7 @@ fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Opti
         Ok(text) => Ok(Some(text)),
         Err(why) => {
             eprintln!(
-                "note: {} is packed without C: {why:#}; write the law so that it can be read, or say that it has none: \
+                "note: {} is packed without C: {why:#}; write the law so that it can be read, or declare that it has none: \
                  sources = false under [package.metadata.plcfmu] in the Cargo.toml of {}",
                 interface.table.name, fmu_crate.name
             );
@@ -438,7 +438,7 @@ mod tests {
         assert_eq!(selected(&[], &["boom"]).unwrap(), ["boom"]);
         assert_eq!(
             selected(&[], &["bom"]).unwrap_err().to_string(),
-            "bom is not a package that makes an FMU (an FMU is made by a package with a cdylib that depends on fmu): there \
+            "bom is not a package that makes an FMU (an FMU needs a package with a cdylib that depends on fmu): there \
              are boom, my-pump, valve"
         );
     }
@@ -474,7 +474,7 @@ mod tests {
     fn a_workspace_without_an_fmu_is_told_what_makes_one() {
         let workspace = Workspace { crates: Vec::new(), ..workspace(Path::new("/w")) };
         let error = select(&workspace, &Options::default()).unwrap_err().to_string();
-        assert!(error.starts_with("no FMU in /w: ") && error.ends_with("'plcfmu new NAME' makes one"), "{error}");
+        assert!(error.starts_with("no FMU in /w: ") && error.ends_with("'plcfmu new NAME' creates one"), "{error}");
     }
 
     /// The plan for these arguments: what is built, and whether the library for this machine is packed.
@@ -503,14 +503,14 @@ mod tests {
             planned(platforms, libraries, crates).unwrap_err().to_string()
         };
         let twice =
-            format!("{host} is asked for twice: build it with --platform, or give its library once with --library");
+            format!("{host} is requested twice: build it with --platform, or name its library once with --library");
         assert_eq!(refusal(&[host], &[&given], 1), twice);
         assert_eq!(refusal(&[], &[&given, &given], 1), twice);
         assert_eq!(
             refusal(&[], &[&given], 2),
-            "--library belongs to one FMU, but 2 are to be packed: name the one, such as 'PUMP'"
+            "--library belongs to one FMU, but 2 would be packed: name one, such as 'PUMP'"
         );
-        assert_eq!(refusal(&[], &["pump.so"], 1), "give it as PLATFORM=FILE, such as win64=pump.dll");
+        assert_eq!(refusal(&[], &["pump.so"], 1), "write PLATFORM=FILE, such as win64=pump.dll");
         assert!(refusal(&[], &["win128=pump.so"], 1).starts_with("the platforms are linux64, "));
     }
 

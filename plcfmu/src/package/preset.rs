@@ -44,7 +44,7 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
     let fingerprint = guid_of(&text);
     ensure!(
         fingerprint == *guid,
-        "{path} has the start values of {:?} {fingerprint}, but {DESCRIPTION} the GUID {:?}: one of them was changed or replaced",
+        "{path} has the start values of {:?} {fingerprint}, but {DESCRIPTION} has the GUID {:?}: one of them was changed or replaced",
         shortened(&start.preset),
         shortened(guid)
     );
@@ -53,7 +53,7 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
     let mut missing: BTreeSet<usize> = settings(description).collect();
     for ((name, value), place) in start.values.iter().zip(places) {
         let Some(place) = place.filter(|place| missing.remove(place)) else {
-            bail!("{path} has a value of {:?}, which is not a setting in {DESCRIPTION}", shortened(name));
+            bail!("{path} has a value for {:?}, which is not a setting in {DESCRIPTION}", shortened(name));
         };
         let variable = &description.variables[place];
         ensure!(
@@ -63,7 +63,7 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
         );
     }
     if let Some(missing) = missing.first() {
-        bail!("{path} has no value of {:?}", shortened(&description.variables[*missing].name));
+        bail!("{path} has no value for {:?}", shortened(&description.variables[*missing].name));
     }
     Ok(Some(start))
 }
@@ -156,7 +156,7 @@ impl<R: Read + Seek> Original<R> {
             let has_table = report.libraries.iter().any(|(_, binary)| binary.has_table);
             ensure!(
                 !(is_program && has_table),
-                "its library was compiled for the program alone and takes no other start values: build it without --native"
+                "its library was compiled for this program only and accepts no other start values: build it without --native"
             );
             ensure!(
                 is_program || has_table,

@@ -141,7 +141,7 @@ impl Options {
         ];
         match given.iter().find(|(_, is_given)| *is_given) {
             Some((option, _)) => {
-                bail!("--{option} is for programs in SCL, and none is named: name its sources, such as machine.scl")
+                bail!("--{option} is for programs in SCL: name the program's sources, such as machine.scl")
             }
             None => Ok(()),
         }
@@ -268,8 +268,8 @@ fn is_unit(unit: &str) -> bool {
 /// The note on a program that stops with its start values.
 pub fn stops(stop: &str) -> String {
     format!(
-        "with its start values the program stops: {stop}; set what this depends on before the first step, or give it another \
-         start value"
+        "with its start values the program stops: {stop}; set the values that cause this before the first step, or change \
+         their start values"
     )
 }
 
@@ -289,7 +289,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     version.check()?;
     ensure!(
         manifest.cycle.is_some(),
-        "give the time between two calls with --cycle, such as --cycle 100ms: it is the period of the OB, which sources do not have"
+        "specify the time between two calls with --cycle, such as --cycle 100ms: the period of the OB, which is not in the sources"
     );
     let Examined { manifest, sources, loaded, interface, description: mut xml, warnings, stop } = examine(manifest)?;
     if version != Version::default() {
@@ -325,7 +325,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
             source = Some(file);
         }
         Err(reason) => {
-            ensure!(!native, "{name} has no form in C: {reason}; leave out --native");
+            ensure!(!native, "{name} cannot be written in C: {reason}; omit --native");
             warnings.push(format!("note: {name} is packed without C: {reason}"));
         }
     }
@@ -339,7 +339,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
         contents.insert(format!("resources/{file}"), text);
     }
     let here = recorded.as_ref().or_else(|| libraries.get(host));
-    let here = here.with_context(|| format!("no library of programs for {host}"))?;
+    let here = here.with_context(|| format!("no program library for {host}"))?;
     let resources = unpacked.path().display().to_string();
     let response = &interface.table.responses[0];
     let mut recordings = reference::Recordings { responses: Vec::new(), characteristics: Vec::new() };
@@ -363,7 +363,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     }
     contents.extend(version.pictures(&interface.table)?);
     let bytes = archive::write(&version.placed(contents))?;
-    fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    fs::create_dir_all(folder).with_context(|| format!("{} cannot be created", folder.display()))?;
     let path = folder.join(format!("{name}.fmu"));
     temporary::place(&path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, stop.is_none()))?;
     Ok((path, warnings))
@@ -409,7 +409,7 @@ fn read(manifest: &Manifest) -> Result<Named> {
     for mut source in all {
         ensure!(
             source.text.len() as u64 <= LARGEST,
-            "{}: a source has at most {} MiB: split it",
+            "{}: a source may have at most {} MiB: split it",
             source.file,
             LARGEST >> 20
         );

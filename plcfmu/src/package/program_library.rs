@@ -59,9 +59,9 @@ pub fn find(folder: &Path) -> Result<BTreeMap<&'static str, PathBuf>> {
                 .with_context(|| format!("{} cannot be written", library.display()))?;
             (platform, library)
         }
-        (None, Some(clone)) => built(Path::new(clone)).context("the library of programs cannot be built")?,
+        (None, Some(clone)) => built(Path::new(clone)).context("the program library cannot be built")?,
         (None, None) => bail!(
-            "the library of programs is missing: it belongs in the folder programs beside {}; unpack all of the archive, or \
+            "the program library is missing: it belongs in the folder programs next to {}; unpack the whole archive, or \
              set {FMUS} to a folder of packed FMUs",
             own.display()
         ),
@@ -73,13 +73,13 @@ pub fn find(folder: &Path) -> Result<BTreeMap<&'static str, PathBuf>> {
 fn built(clone: &Path) -> Result<(&'static str, PathBuf)> {
     ensure!(
         clone.join("Cargo.toml").is_file(),
-        "the sources that this command was compiled from, {}, are no longer there; compile it again, with 'cargo install --path \
-         plcfmu' for one that needs no sources",
+        "the sources from which this command was compiled, {}, no longer exist; compile it again, with 'cargo install --path \
+         plcfmu' for a command that needs no sources",
         clone.display()
     );
     let workspace = Workspace::in_folder(clone)?;
     let package = workspace.programs.clone();
-    let package = package.with_context(|| format!("{} has no package of programs", clone.display()))?;
+    let package = package.with_context(|| format!("{} has no program package", clone.display()))?;
     let (host, library) = compile_once(&workspace, &package)?;
     Ok((host.folder, library))
 }

@@ -130,7 +130,7 @@ fn manifest(name: &str) -> String {
     fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref"
     fmi-ls:fmi-ls-version="1.0.0-alpha.1"
     fmi-ls:fmi-ls-description="Layered Standard providing information on related files included in an FMU.">
-  <Related type="text/plain" source="../../documentation/fmi-ls-ref.txt" role="document" description="What the reference experiment is"/>
+  <Related type="text/plain" source="../../documentation/fmi-ls-ref.txt" role="document" description="Description of the reference experiment"/>
   <Related type="text/csv" source="{name}_in.csv" role="testcase" description="Input of the reference experiment"/>
   <Related type="text/csv" source="{name}_out.csv" role="result" description="Output of the reference experiment"/>
 </fmiReferences>
@@ -216,7 +216,7 @@ fn description(table: &Table, recording: &Recording, version: Version) -> String
     let (calls, cycle) = (recording.calls.len(), recording.time(1));
     let mut text = format!(
         "Reference results of {name}\n\n{title}\n\n{FOLDER}/{name}_in.csv\n  the inputs, held from row to row; they \
-         change half a communication step before the call that first sees them\n{FOLDER}/{name}_out.csv\n  the outputs \
+         change half a communication step before the call that first uses them\n{FOLDER}/{name}_out.csv\n  the outputs \
          after the initialization (first row) and after each communication step\n\nStart time 0 s, stop time {stop:?} s, \
          communication step {cycle:?} s: {calls} steps, one call of the block in each.\n",
         title = table.responses[0].title,
@@ -234,7 +234,7 @@ fn description(table: &Table, recording: &Recording, version: Version) -> String
         }
     }
     text.push_str(
-        "\nRecorded from the library in this FMU. A block that uses nothing but + - * / and sqrt, or the crate libm, gives the \
+        "\nRecorded from the library in this FMU. A block that uses only + - * / and sqrt, or the crate libm, returns the \
          same numbers to the last bit on every platform.\n",
     );
     text

@@ -203,14 +203,14 @@ impl Resources {
             let mut package = Package::read(Cursor::new(&content)).with_context(shown)?;
             // Recipients must not get an FMU that `plcfmu check` rejects.
             let errors = check::check(&mut package).errors;
-            ensure!(errors.is_empty(), "{}: the FMU is wrong: {}", shown(), errors.join("; "));
+            ensure!(errors.is_empty(), "{}: the FMU is faulty: {}", shown(), errors.join("; "));
             let description = package.description;
             if description.co_simulation.is_none() {
                 bail!("{}: the FMU is for model exchange only; only co-simulation is supported", shown());
             }
             if let Some(array) = description.arrays.first() {
                 bail!(
-                    "{}: {} is an array, which tools do not find in an SSP file: make the FMU with --types wide",
+                    "{}: {} is an array, which tools do not find in an SSP file: pack the FMU with --types wide",
                     shown(),
                     array.name
                 );
@@ -258,7 +258,7 @@ fn units<'a>(components: &[Component], resources: &'a Resources) -> Result<Vec<U
 fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     let mut remarks = Vec::new();
     for (member, element) in system.members.iter().zip(elements).filter(|(member, element)| member.name != **element) {
-        remarks.push(format!("{} is called {element} in the SSP file", member.name));
+        remarks.push(format!("{} is named {element} in the SSP file", member.name));
     }
     let event = |setting: &Setting| {
         let value = match setting.value {
@@ -270,11 +270,11 @@ fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     };
     let events: Vec<_> = system.settings.iter().filter_map(event).collect();
     if !events.is_empty() {
-        remarks.push(format!("an SSP file has no values that are set at a time: {} left out", events.join(", ")));
+        remarks.push(format!("an SSP file cannot set values at a time: {} left out", events.join(", ")));
     }
     if system.exchange == Exchange::Sequential && !system.connections.is_empty() {
         remarks.push(
-            "an SSP file does not say in which order FMUs are stepped: libcosim and Ecos exchange all values at once, as \
+            "an SSP file does not specify the order of FMUs: libcosim and Ecos exchange all values at the same time, as \
              plcfmu run --parallel does"
                 .into(),
         );
@@ -299,7 +299,7 @@ fn identifiers(names: &[&str]) -> Result<Vec<String>> {
         let mut candidates = std::iter::once(own.clone()).chain(longer).chain(numbered);
         let is_free = |name: &String| !taken.iter().any(|other| other.starts_with(name) || name.starts_with(other));
         let Some(free) = candidates.find(is_free) else {
-            bail!("{} begins the names of too many other FMUs: give it another name", names[place]);
+            bail!("{} is a prefix of too many other FMU names: rename it", names[place]);
         };
         taken.push(free.clone());
         identifiers[place] = free;

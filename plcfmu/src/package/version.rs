@@ -87,7 +87,7 @@ impl Version {
     pub fn check(self) -> Result<()> {
         ensure!(
             self.fmi == Fmi::Three || self.types.is_none(),
-            "--types is for FMI 3.0: FMI 2.0 has one choice; add --fmi 3"
+            "--types is for FMI 3.0: FMI 2.0 offers no choice; add --fmi 3"
         );
         Ok(())
     }
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn types_without_the_version_that_has_them_are_refused() {
         let error = Version { types: Some(Types::Wide), ..Version::default() }.check().unwrap_err().to_string();
-        assert_eq!(error, "--types is for FMI 3.0: FMI 2.0 has one choice; add --fmi 3");
+        assert_eq!(error, "--types is for FMI 3.0: FMI 2.0 offers no choice; add --fmi 3");
         assert!(NATIVE.check().is_ok() && types("double").is_err() && names("dotted").is_err());
     }
 }

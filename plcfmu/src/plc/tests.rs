@@ -96,7 +96,7 @@ fn a_wrong_address_is_refused_with_an_example() {
     for (text, sentence) in [
         ("s7://192.168.0.1", "is not the address of a data block: write s7://HOST/RACK/SLOT/DBn"),
         ("s7://192.168.0.1/0/2/DB41/4", "is not the address of a data block"),
-        ("s7:///0/2/DB41", "names no host"),
+        ("s7:///0/2/DB41", "has no host"),
         ("s7://plc:x/0/2/DB41", "\"x\" is not a TCP port"),
         ("s7://plc/8/2/DB41", "\"8\" is not a rack, which is 0 ... 7"),
         ("s7://plc/0/32/DB41", "\"32\" is not a slot, which is 0 ... 31"),
@@ -160,7 +160,7 @@ fn a_wrong_rack_or_slot_is_said() {
     let disconnect = message(&[6, 0x80, 0, 0, 0, 0, 0]);
     for answers in [vec![disconnect], vec![]] {
         let error = refused(answers);
-        assert!(error.starts_with("no CPU in rack 0, slot 2, or it takes no connections"), "{error}");
+        assert!(error.starts_with("no CPU in rack 0, slot 2, or it accepts no connections"), "{error}");
     }
 }
 

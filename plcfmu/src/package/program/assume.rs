@@ -10,9 +10,9 @@ use std::fs;
 use std::path::Path;
 
 /// The beginning of a new assumption file.
-const HEAD: &str = "// What plcfmu has assumed, because no source declares it. Correct it, and pass it again: --assume with this file.\n\
-    // A variable that is only read is an input of the FMU, another one an output; AT %I*, %Q* or %M* says it.\n\
-    // Nothing here is a statement on safety: a safety block is taken by its interface alone.\n\n";
+const HEAD: &str = "// Assumptions of plcfmu about names that no source declares. Correct them, and pass this file again with --assume.\n\
+    // A variable that is only read is an input of the FMU, any other an output; AT %I*, %Q* or %M* overrides this.\n\
+    // Nothing here is a statement on safety: of a safety block, only the interface is used.\n\n";
 
 /// Adds the assumption file to the sources of a program, the missing declarations to the file, and a cycle to the
 /// manifest. Prints each new assumption.
@@ -42,7 +42,7 @@ pub(super) fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
         .with_context(|| format!("{} cannot be written", file.display()))?;
     let (count, shown) = (assumptions.len(), file.display());
     let are = if count == 1 { "assumption is" } else { "assumptions are" };
-    tell::note(&format!("{count} {are} in {shown}: correct what is wrong there, and pass --assume {shown} again"));
+    tell::note(&format!("{count} {are} in {shown}: correct any that are wrong, and pass --assume {shown} again"));
     if !program::has_source(manifest, file)? {
         manifest.sources.push(file.to_path_buf());
     }
