@@ -1,22 +1,22 @@
 //! Replays a file recorded on the plant through the block: does the block compute what the plant's block did?
 //!
-//! Each row of the file is a call: the recorded inputs and parameters of the block are set before it, the recorded
-//! outputs are compared after it. A value is equal if it has the same bits as REAL. Otherwise two deviations are
-//! allowed: half of the last digit of its column (0.0005 in a column with three decimals), because the digits beyond
-//! are unknown; and 16 times the resolution of REAL at its largest value, because each call rounds. The inputs in the
-//! file are rounded in the same way, and the block amplifies and integrates that. So the effect on the outputs of
-//! changing the measured inputs by half of their last digit, computed by the block itself, is allowed as well. A
-//! tolerance in the request replaces all of this.
+//! Each row of the file is a call: the recorded inputs and parameters of the block are set before it, and the recorded
+//! outputs are compared after it. Values are equal if they have the same bits as a REAL. Otherwise, two deviations are
+//! allowed: half of the column's last digit (0.0005 in a column with three decimals), because further digits are
+//! unknown; and 16 times the resolution of REAL at the largest value, because each call rounds. The inputs in the file
+//! are rounded in the same way, and the block amplifies and integrates these errors. Therefore, the effect of changing
+//! the measured inputs by half of their last digit, computed by the block itself, is allowed as well. A tolerance in
+//! the request replaces all of this.
 //!
-//! If they differ, the cause is searched for in this order: the mode, if it was not recorded; the time between two
-//! calls, if the recorded times disagree with it, which is then used for the rest of the search if they leave no
-//! alternative; then one setting, then two, with values estimated by means of the block itself; then a setting that was
+//! If the outputs differ, the cause is searched for in this order: the mode, if it was not recorded; the time between
+//! two calls, if it disagrees with the recorded times (if they leave no alternative, their value is used for the rest
+//! of the search); one setting, then two, with values estimated by means of the block itself; and a setting that was
 //! changed during the recording. An explanation is certain if it is the only one and its values are unambiguous;
-//! otherwise the conclusion is that the recording does not reveal the cause.
+//! otherwise, the conclusion is that the recording does not reveal the cause.
 //!
-//! The history of the block before the first row is in its memory and not in the file. If the file begins with a
-//! restart (COM_RST is TRUE), that is row 0. If it does not say so, the block is brought to the recorded manipulated
-//! value in manual mode, or begins with a restart, whichever fits better.
+//! The block's history before the first row is in its memory and not in the file. If the file begins with a restart
+//! (COM_RST is TRUE), that is row 0. Otherwise, the block either is brought to the recorded manipulated value in manual
+//! mode or begins with a restart, whichever fits better.
 
 mod change;
 mod columns;
@@ -42,16 +42,16 @@ use serde::{Deserialize, Serialize};
 const MOST_VALUES: usize = 8 << 20;
 
 /// If a different setting reduces the number of differing pulses by this factor, the last digits alone do not explain
-/// them.
+/// the differences.
 const CLEARER: usize = 4;
 
-/// A deviation above this many halves of the last digit is accepted only if a change by hand is not closer.
+/// A deviation above this multiple of half the last digit is accepted only if no change during the recording is closer.
 const FAR: f64 = 4.0;
 
-/// Another last digit of a measured value may look like a setting that differs by this part of it.
+/// The rounding of measured values may look like a setting that differs by up to this fraction.
 const LARGE: f64 = 0.05;
 
-/// The maximum number of rows of a curve in the answer.
+/// The maximum number of rows per curve in the answer.
 const MOST_POINTS: usize = 8_000;
 
 /// The recording to replay, and the block.
@@ -63,7 +63,7 @@ pub struct ReplayRequest {
     pub controller: Member,
     /// The text of the CSV file.
     pub text: String,
-    /// The assignment of columns to variables of the block; `time` is the time. By default, by their names.
+    /// The assignment of columns to variables of the block, or to `time`. By default, columns are matched by name.
     #[serde(default)]
     pub columns: Vec<(String, String)>,
     /// The deviation up to which a value counts as equal; by default, the recording's resolution.
@@ -84,7 +84,7 @@ pub struct Replayed {
     pub calls: usize,
     /// One for each output in the file.
     pub outputs: Vec<Compared>,
-    /// The settings in which the recording differs from the loop: it was replayed with the recorded ones.
+    /// The settings whose recorded values differ from the loop's: the recorded ones were used.
     pub settings: Vec<Change>,
     /// The settings that change during the recording and end with a value other than the loop's: the recorded values
     /// were used.
@@ -108,20 +108,21 @@ pub enum Conclusion {
     /// The block computes the recorded outputs.
     #[default]
     Equal,
-    /// The pulses differ in no more rows than a change of the measured values' last digits explains: no sign of a
-    /// different setting.
+    /// The pulses differ in no more rows than rounding of the measured values explains: nothing indicates a different
+    /// setting.
     Rounded,
     /// The outputs differ, and no cause was searched for.
     Differs,
     /// The first suspect is the cause: it explains everything, and nothing else does.
     Cause,
-    /// The first suspect is the likeliest cause: of those that explain everything, it alone changes settings of the controller only.
+    /// The first suspect is the likeliest cause: it is the only full explanation that changes nothing but settings of
+    /// the controller.
     LikelyCause,
     /// More than one change explains everything: the recording does not distinguish them.
     Ambiguous,
-    /// There are calls between the rows: the recording reveals nothing about the settings.
+    /// The block was called between the rows: the recording reveals nothing about the settings.
     Coarse,
-    /// Nothing that was tried explains everything.
+    /// No change that was tried explains everything.
     Unexplained,
 }
 
@@ -142,7 +143,7 @@ pub struct Compared {
     /// The noise of the recorded or the computed values, whichever is larger: the standard deviation of the changes
     /// from row to row without a trend. 0 for a switch.
     pub noise: f64,
-    /// To draw: times in seconds.
+    /// The times of the curves to draw, in seconds.
     pub times: Vec<f64>,
     /// The recorded values.
     pub recorded: Vec<f64>,
@@ -158,11 +159,12 @@ pub struct Suspect {
     pub changes: Vec<Change>,
     /// The change made during the recording, if any.
     pub since: Option<Since>,
-    /// The range of values of the only number among the changes that explain the recording as well.
+    /// If exactly one of the changes is a number, the range of values that explain the recording equally well.
     pub range: Option<(f64, f64)>,
-    /// Other settings with which this number would have another value and explain the recording as well.
+    /// Other settings that could differ as well, with another value of this number, and explain the recording equally
+    /// well.
     pub confused: Vec<String>,
-    /// The changed settings with their values in the loop; at the end of the recording, if one changed during it.
+    /// The changed settings with their values; for one that changed during the recording, its value at the end.
     pub values: Values,
     /// The number of calls that still differ.
     pub different: usize,
@@ -170,7 +172,7 @@ pub struct Suspect {
     pub largest: f64,
     /// Whether no difference remains.
     pub fits: bool,
-    /// Whether it is certain: no other explanation covers everything, and its values are unambiguous.
+    /// Whether it is certain: it is the only full explanation, and its values are unambiguous.
     pub is_sure: bool,
     /// Whether it fits only if the last row, which repeats all outputs, is not a call.
     pub ends_without_call: bool,
@@ -179,7 +181,7 @@ pub struct Suspect {
 /// Replays a recording.
 ///
 /// # Errors
-/// No such block; the file cannot be read or has no column of the block; the block rejects a value.
+/// The block does not exist or rejects a value, or the file cannot be read or has no column for the block.
 pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let fmu = &request.controller.fmu;
     let table = home.table(fmu)?;
@@ -224,7 +226,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let ends_without_call = match suspects.iter().find(|suspect| suspect.fits) {
         _ if base.different() == 0 => comparison.ends_without_call(&base)?,
         Some(explained) => explained.ends_without_call,
-        // Outputs that moved up to the row before have not settled.
+        // Outputs that still changed in the previous row have not settled.
         None => recording.end.is_some_and(|end| recording.changes(end - 1)),
     };
     let end = recording.end.filter(|_| ends_without_call);
@@ -245,19 +247,19 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     Ok(Replayed { columns, calls, outputs, settings, moving, conclusion, doubt, suspects, remarks })
 }
 
-/// A recording, read in one way, with its conclusion.
+/// One interpretation of a recording, with its conclusion.
 struct Reading {
     recording: Recording,
     base: compare::Outcome,
     suspects: Vec<Suspect>,
-    /// Whether its rows have the outputs of the previous call.
+    /// Whether its rows hold the outputs of the previous call.
     is_late: bool,
     /// Whether the differences are within the recording's resolution.
     is_rounded: bool,
 }
 
 impl Reading {
-    /// Whether nothing differs, or settings explain the differences.
+    /// Whether nothing differs or settings explain the differences.
     fn is_explained(&self) -> bool {
         self.base.different() == 0 || self.suspects.iter().any(is_of_settings)
     }
@@ -268,7 +270,8 @@ impl Reading {
     }
 }
 
-/// Another way to read a recording, or a change by hand in it, where that explains more: outputs that are a call late, times in manual mode.
+/// Tries other interpretations of the recording and returns the one that explains most: outputs that are one call late,
+/// times in manual mode, a setting that was changed during the recording.
 fn read_otherwise(
     block: &Block,
     csv: &Csv,
@@ -277,8 +280,8 @@ fn read_otherwise(
     remarks: &mut Vec<String>,
 ) -> Result<Reading> {
     let tolerance = request.tolerance;
-    // Where the setpoint steps, outputs that are one call late look like a row that is not a call. Switches fit both
-    // ways, each with another value.
+    // When the setpoint steps, outputs that are one call late look like a row that is not a call. Switches fit both
+    // interpretations, each with a different value.
     let has_switches_only = reading.recording.outputs.iter().all(|of| of.is_boolean);
     let is_told = reading.suspects.iter().any(is_of_settings);
     let mut late = late(block, csv, request, request.try_suspects && (!is_told || has_switches_only))?;
@@ -305,10 +308,10 @@ fn read_otherwise(
         reading.suspects.clear();
         return Ok(reading);
     }
-    // A switch that the last digit of an input shifts by one call is as close as a switch can be.
+    // A switch can be no closer than one call off, which the last digit of an input may cause.
     let is_any_near = tolerance.is_some() || has_switches_only;
     let allowed = if is_any_near { f64::INFINITY } else { FAR * reading.recording.resolution() };
-    // A call without a row is not closer, since its inputs were not recorded.
+    // A call without a row cannot be judged by closeness, because its inputs were not recorded.
     let is_near = |suspect: &Suspect| suspect.fits && (suspect.largest <= allowed || !is_of_settings(suspect));
     let is_open = request.try_suspects && !reading.recording.is_coarse && reading.base.different() > 0;
     if !is_open || reading.suspects.iter().any(is_near) {
@@ -320,7 +323,7 @@ fn read_otherwise(
         let (base, suspects) = explained(&Comparison::new(block, &reading.recording, tolerance), true)?;
         if base.different() == 0 || suspects.iter().any(is_near) {
             let told = in_manual(block, &reading.recording, &manual);
-            // A limit that was changed by hand looks like manual mode as long as it acts.
+            // A limit that was changed during the recording looks like manual mode while it is active.
             let is_like_limit = manual.iter().any(|(from, _)| reading.recording.stays_on_one_side(block, *from));
             let as_manual = Reading { base, suspects, ..reading };
             if is_like_limit && let Some(mut by_hand) = by_hand(block, csv, request, f64::INFINITY)? {
@@ -343,7 +346,7 @@ fn read_otherwise(
     Ok(reading)
 }
 
-/// A setting that was changed by hand in a recording, if that leaves less than this.
+/// Explains the recording by a setting that was changed while it was made, if the differences are then below `largest`.
 fn by_hand(block: &Block, csv: &Csv, request: &ReplayRequest, largest: f64) -> Result<Option<Reading>> {
     let mut readings = readings(block, csv, request)?;
     let of = |recording| Comparison::new(block, recording, request.tolerance);
@@ -355,8 +358,8 @@ fn by_hand(block: &Block, csv: &Csv, request: &ReplayRequest, largest: f64) -> R
     }))
 }
 
-/// The recording with each output in the row of its call. The recorded process value may be the block's input or its
-/// output: the choice that explains more is used.
+/// Reads the recording with each output moved to the row of its call. The recorded process value may be the block's
+/// input or its output: the choice that explains more is used.
 fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool) -> Result<Reading> {
     let of = |has_late_process_value: bool, has_to_explain: bool| -> Result<Option<Reading>> {
         let recording = Recording::new(block, csv, &request.columns, &mut Vec::new())?;
@@ -368,7 +371,7 @@ fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool)
         let (base, suspects) = explained(&comparison, has_to_explain)?;
         Ok(Some(Reading { recording, base, suspects, is_late: true, is_rounded: false }))
     };
-    // If everything is equal already, no cause is needed.
+    // If everything is already equal, no cause is needed.
     let plain = of(false, false)?.context("the input is always there")?;
     let shifted = of(true, false)?;
     if plain.is_explained() {
@@ -378,7 +381,7 @@ fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool)
     if shifted.is_explained() {
         return Ok(shifted);
     }
-    // The row in which they begin to differ shows which of the two it is; if it does not, both are tried.
+    // The first row that differs usually decides between the two; if not, both are tried.
     let rows = plain.recording.rows;
     let is_shifted = shifted.base.agrees_longer_than(&plain.base, rows);
     let is_plain = plain.base.agrees_longer_than(&shifted.base, rows);
@@ -389,7 +392,7 @@ fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool)
     Ok(of(true, has_to_explain)?.filter(Reading::is_explained).unwrap_or(best))
 }
 
-/// The recording unchanged, and with each output in the row of its call.
+/// Returns the recording unchanged, and with each output moved to the row of its call.
 fn readings(block: &Block, csv: &Csv, request: &ReplayRequest) -> Result<Vec<Recording>> {
     let plain = || Recording::new(block, csv, &request.columns, &mut Vec::new());
     let has_unclear = plain()?.has_unclear_process_value(block);
@@ -398,8 +401,8 @@ fn readings(block: &Block, csv: &Csv, request: &ReplayRequest) -> Result<Vec<Rec
     std::iter::once(plain()).chain(late).collect()
 }
 
-/// Whether the second of two readings of a recording is explained by settings, and by fewer of them or with fewer digits than the first.
-/// Where both are, neither is surer than the other.
+/// Whether settings explain the second of two readings of a recording, with fewer settings or digits than the first. If
+/// settings explain both, neither explanation is certain.
 fn plainer(first: &mut [Suspect], second: &mut [Suspect]) -> bool {
     let told = |of: &mut [Suspect]| of.iter().position(is_of_settings);
     let (Some(own), Some(other)) = (told(first), told(second)) else { return told(second).is_some() };
@@ -420,7 +423,7 @@ fn plainer(first: &mut [Suspect], second: &mut [Suspect]) -> bool {
     (other.changes.len(), digits(other)) < (own.changes.len(), digits(own))
 }
 
-/// The setting to which a change assigns a number, and the number.
+/// Returns the setting that a change modifies, and its number.
 fn value_of(change: &Change) -> Option<(&str, f64)> {
     match change {
         Change::Setting { name, value, .. } => Some((name, number_of(*value))),
@@ -428,19 +431,19 @@ fn value_of(change: &Change) -> Option<(&str, f64)> {
     }
 }
 
-/// The only change of a suspect, from the start on.
+/// Returns the change of a suspect, if it is the only one and applies from the start.
 fn single(suspect: &Suspect) -> Option<(String, f64)> {
     let [change] = suspect.changes.as_slice() else { return None };
     value_of(change).filter(|_| suspect.since.is_none()).map(|(name, value)| (name.to_string(), value))
 }
 
-/// Whether it explains everything by settings, without rows that are no calls.
+/// Whether a suspect explains everything by settings, without added calls or rows left out.
 fn is_of_settings(suspect: &Suspect) -> bool {
     let is_of_rows = |change: &Change| matches!(change, Change::LeftOut { .. } | Change::Added { .. });
     suspect.fits && !suspect.changes.iter().any(is_of_rows)
 }
 
-/// Whether it explains everything by settings that all differ by more than rounding could make up for.
+/// Whether a suspect explains everything by settings that all differ by more than rounding could account for.
 fn is_large(suspect: &Suspect) -> bool {
     let is_far = |change: &Change| match change {
         Change::Setting { value, before, .. } => {
@@ -452,7 +455,7 @@ fn is_large(suspect: &Suspect) -> bool {
     is_of_settings(suspect) && suspect.since.is_none() && suspect.changes.iter().all(is_far)
 }
 
-/// The run of the unchanged block and, if it differs, the explanations.
+/// Runs the unchanged block and, if its outputs differ, searches for explanations.
 fn explained(comparison: &Comparison, has_to_explain: bool) -> Result<(compare::Outcome, Vec<Suspect>)> {
     let recording = comparison.recording;
     let variant = Variant { skipped: recording.between.clone(), ..Variant::default() };
@@ -464,7 +467,7 @@ fn explained(comparison: &Comparison, has_to_explain: bool) -> Result<(compare::
     Ok((base, suspects))
 }
 
-/// How the block reached the first row.
+/// Returns a remark on how the block is assumed to have reached the first row.
 fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<String> {
     match variant.beginning {
         Beginning::Restart if recording.says_restart => None,
@@ -482,7 +485,7 @@ fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<
     }
 }
 
-/// A remark that the actuator's stops, which a step controller takes into account, are not recorded.
+/// Returns a remark if the actuator's stops, which a step controller takes into account, are not recorded.
 fn unknown_stops(block: &Block, recording: &Recording) -> Option<String> {
     let is_recorded = |name: &&String| recording.inputs.iter().any(|input| block.table.rows[input.row].name == **name);
     let unknown: Vec<&str> = block.roles.stops().filter(|name| !is_recorded(name)).map(String::as_str).collect();
@@ -495,7 +498,7 @@ fn unknown_stops(block: &Block, recording: &Recording) -> Option<String> {
     })
 }
 
-/// A remark that the recording is assumed to include times in manual mode.
+/// Returns the remark that the controller is assumed to have been in manual mode at these times.
 fn in_manual(block: &Block, recording: &Recording, times: &[(f64, f64)]) -> String {
     let output = block.manipulated(recording).map_or("", |output| recording.outputs[output].name.as_str());
     let times: Vec<String> = times.iter().map(|(from, to)| format!("{} s to {} s", short(*from), short(*to))).collect();
@@ -503,7 +506,7 @@ fn in_manual(block: &Block, recording: &Recording, times: &[(f64, f64)]) -> Stri
     format!("{output} is constant from {times}: the controller is assumed to be in manual mode there.")
 }
 
-/// An output to draw: all rows, or in each group of rows the one with the largest difference.
+/// Returns an output to draw: all rows, or of each group of rows the first difference or the row with the largest one.
 fn compared(recording: &Recording, run: &compare::Outcome, output: usize, tolerance: Option<f64>) -> Compared {
     let of = &recording.outputs[output];
     let (recorded, computed) = (&of.values, &run.outputs[output]);
@@ -537,7 +540,7 @@ fn compared(recording: &Recording, run: &compare::Outcome, output: usize, tolera
     }
 }
 
-/// The noise of values. Smooth curves have none, however strongly they bend.
+/// Returns the noise of values; a smooth curve has none, however strongly it bends.
 fn noise_of(values: &[f64]) -> f64 {
     let bends: Vec<f64> = values.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
     let products = || bends.windows(2).map(|pair| pair[0] * pair[1]);
@@ -545,7 +548,7 @@ fn noise_of(values: &[f64]) -> f64 {
     if same > other { 0.0 } else { noise(values) }
 }
 
-/// The reason why equal outputs prove nothing about a controller's settings.
+/// Returns the reason why equal outputs prove nothing about a controller's settings.
 fn doubt(block: &Block, recording: &Recording) -> Option<Doubt> {
     let roles = block.roles;
     if roles.controller.is_empty() {
@@ -562,7 +565,7 @@ fn doubt(block: &Block, recording: &Recording) -> Option<Doubt> {
     })
 }
 
-/// The conclusion from the explanations tried.
+/// Draws the conclusion from the explanations tried.
 fn conclusion(
     block: &Block,
     recording: &Recording,
@@ -581,7 +584,7 @@ fn conclusion(
     }
 }
 
-/// Whether it is the only explanation that changes only settings of the controller.
+/// Whether the first suspect is the only explanation that changes nothing but settings of the controller.
 fn is_likeliest(block: &Block, first: &Suspect, others: &[Suspect]) -> bool {
     let is_usual = |suspect: &Suspect| suspect.fits && suspects::is_usual(block, suspect);
     is_usual(first) && !others.iter().any(is_usual)

@@ -1,10 +1,10 @@
-//! The conclusions of a replay as data: what was changed, why, and why equal outputs prove nothing. The caller puts
-//! them into words.
+//! The conclusions of a replay as data: the changes, the reasons for them, and the reasons why equal outputs prove
+//! nothing. The caller puts them into words.
 
 use run::system::Value;
 use serde::{Deserialize, Serialize};
 
-/// One change of a setting of the block, or of its calls.
+/// A change to one of the block's settings, or to its calls.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
@@ -20,7 +20,7 @@ pub enum Change {
         /// The reason for trying this value; `None` if it was searched for.
         why: Option<Why>,
     },
-    /// The block is called this many times from row to row.
+    /// The block is called this many times per row.
     Calls(usize),
     /// A row of the recording is not a call.
     LeftOut {
@@ -29,7 +29,7 @@ pub enum Change {
         /// Its time in seconds.
         time: f64,
     },
-    /// A call before a row that has no row itself.
+    /// An additional call before a row, not recorded as a row.
     Added {
         /// The line of the row in the file.
         line: usize,
@@ -42,13 +42,13 @@ pub enum Change {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Since {
-    /// The setting, its value from there on, and that before it.
+    /// The setting, with its values after and before the change.
     pub change: Change,
     /// The likeliest first call with the new value, from 0, with its time in seconds.
     pub at: (usize, f64),
-    /// The first call that may have been it.
+    /// The earliest call that may have been the first with the new value.
     pub earliest: (usize, f64),
-    /// The last one: another call between explains the recording as well, with another value perhaps.
+    /// The latest such call. Any call in between explains the recording equally well, possibly with another value.
     pub latest: (usize, f64),
 }
 
@@ -57,27 +57,27 @@ pub struct Since {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Why {
-    /// A round part of the value in the loop, or a round multiple of it.
+    /// A round fraction or multiple of the value in the loop.
     Factor,
-    /// The sign of the value in the loop is the other one.
+    /// The value in the loop has the opposite sign.
     Sign,
-    /// Minutes were taken for seconds.
+    /// Minutes were mistaken for seconds.
     Minutes,
-    /// Seconds were taken for minutes.
+    /// Seconds were mistaken for minutes.
     NoMinutes,
-    /// Seconds were taken for milliseconds.
+    /// Seconds were mistaken for milliseconds.
     Seconds,
-    /// Milliseconds were taken for seconds.
+    /// Milliseconds were mistaken for seconds.
     Milliseconds,
     /// The rows have this spacing.
     Spacing,
     /// The outputs change only once in this many rows.
     Rhythm(usize),
-    /// There the recording stays.
+    /// The recorded manipulated value stays at it.
     Stays,
     /// No dead band.
     NoDeadBand,
-    /// Within it the recording rests.
+    /// The recorded manipulated value does not move within it.
     Rests,
 }
 
@@ -100,10 +100,10 @@ pub struct Moving {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Doubt {
-    /// The recording has none of these outputs, which depend on the settings.
+    /// None of these outputs, which depend on the settings, is in the recording.
     NotRecorded(Vec<String>),
     /// All calls are in manual mode.
     Manual,
-    /// The recording does not have this switch to manual mode, and it is TRUE in the loop.
+    /// This switch to manual mode is not in the recording, and it is TRUE in the loop.
     ManualInLoop(String),
 }

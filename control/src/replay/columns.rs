@@ -1,4 +1,4 @@
-//! The assignment of a recording's columns to variables of the block, with values in the form the block expects.
+//! The assignment of a recording's columns to the block's variables, with values in the form that the block expects.
 
 use super::change::{Change, Moving};
 use super::instance::{Block, change, typed};
@@ -12,7 +12,7 @@ use modeldescription::digits::{ordinal, short};
 use run::plan::suggestion;
 use std::collections::BTreeSet;
 
-/// If rows are this many times farther apart than calls, the recorder is slower.
+/// If the interval between rows exceeds that between calls by this factor, the recorder is slower than the block.
 const COARSE: f64 = 1.5;
 
 /// The part of a recording that concerns the block.
@@ -25,19 +25,20 @@ pub(super) struct Recording {
     pub(super) lines: Vec<usize>,
     /// The most frequent interval between rows in seconds, if the file has times.
     pub(super) spacing: Option<f64>,
-    /// Whether that interval exceeds the time between two calls by so much that there must be calls between the rows.
+    /// Whether this interval exceeds the time between two calls by so much that there must be calls between the rows.
     pub(super) is_coarse: bool,
     /// The signals set before the calls.
     pub(super) inputs: Vec<Signal>,
     /// The signals compared after the calls.
     pub(super) outputs: Vec<Signal>,
-    /// Column and variable.
+    /// The assigned columns with their variables.
     pub(super) matched: Vec<(String, String)>,
-    /// Whether it begins with a recorded restart.
+    /// Whether the recording begins with a recorded restart.
     pub(super) says_restart: bool,
-    /// The last row, if it repeats all outputs of the row before it: a run's last row has the values at its end and is no call.
+    /// The last row, if it repeats all outputs of the row before it: the last row of a run holds its final values and
+    /// is not a call.
     pub(super) end: Option<usize>,
-    /// The rows between calls, of a recording that is faster than the block.
+    /// The rows between calls, if the recorder is faster than the block.
     pub(super) between: BTreeSet<usize>,
     /// The settings whose value differs from the loop's throughout the recording.
     pub(super) settings: Vec<Change>,
@@ -52,18 +53,18 @@ pub(super) struct Signal {
     /// Its name.
     pub(super) name: String,
     pub(super) kind: Kind,
-    /// Its values; those of a TIME in seconds. A missing value of an input repeats the previous one.
+    /// Its values, in seconds for a TIME. A missing value of an input is replaced with the previous one.
     pub(super) values: Vec<f64>,
     pub(super) is_boolean: bool,
     /// Whether it can be set between calls.
     pub(super) is_tunable: bool,
     /// Whether it changes from row to row like a measured value, so that its last digit is rounded.
     pub(super) is_measured: bool,
-    /// Whether it is an input, such as the setpoint, that stays for many rows.
+    /// Whether it is an input, such as the setpoint, that stays constant for many rows.
     is_held: bool,
-    /// The format of the column; without its values.
+    /// The format of the column, without its values.
     written: Column,
-    /// The factor from the text to `values`.
+    /// The factor from the numbers in the file to `values`.
     scale: f64,
     /// The resolution of REAL at its largest value.
     pub(super) rounding: f64,
@@ -71,20 +72,20 @@ pub(super) struct Signal {
     is_output_column: bool,
 }
 
-/// A manipulated value that is the same in this many rows counts as constant.
+/// The minimum number of rows for which a manipulated value must stay the same to count as constant.
 const STANDS_STILL: usize = 10;
 
-/// The fraction of an output's largest value that counts as rounding: 16 times the resolution of REAL, since each call
-/// rounds again.
+/// The fraction of an output's largest value that counts as rounding: 16 times the resolution of REAL, because each
+/// call rounds again.
 const ROUNDING: f64 = 16.0 * f32::EPSILON as f64 / 2.0;
 
 impl Signal {
-    /// The largest difference between the true and the recorded value.
+    /// Returns the largest possible difference between the true and the recorded value.
     pub(super) fn resolution(&self, value: f64) -> f64 {
         if self.is_boolean { 0.0 } else { self.written.resolution(value / self.scale) * self.scale }
     }
 
-    /// Whether its last digit leaves more than one REAL open: nothing moves by the digits of a value that is written in full.
+    /// Whether more than one REAL would be written with the same digits. A value written in full has no unknown digits.
     pub(super) fn is_rounded(&self) -> bool {
         let is_open = |value: &f64| {
             let resolution = self.resolution(*value);
@@ -93,21 +94,20 @@ impl Signal {
         self.values.iter().any(|value| (self.is_measured || self.is_cut(*value)) && is_open(value))
     }
 
-    /// Whether a held value looks truncated: it uses the last of three or more decimals, which no one types for a
-    /// setpoint.
+    /// Whether a held value looks truncated: it uses the last of three or more decimals, unlike a typed setpoint.
     pub(super) fn is_cut(&self, value: f64) -> bool {
         let digits = value / self.scale * 10f64.powi(self.written.decimals);
         let has_last = self.written.decimals >= 3 && (digits.round() % 10.0 != 0.0);
         self.is_held && has_last
     }
 
-    /// The allowed deviation of a computed value: the unknown digits of the recording, and never less than the
+    /// Returns the allowed deviation of a computed value: the unknown digits of the recording, but not less than the
     /// resolution of REAL.
     pub(super) fn tolerance(&self, value: f64) -> f64 {
         self.resolution(value).max(self.rounding)
     }
 
-    /// The largest allowed deviation of any of its values.
+    /// Returns the largest allowed deviation of any of its values.
     pub(super) fn coarsest(&self) -> f64 {
         let known = self.values.iter().filter(|value| value.is_finite());
         known.map(|value| self.tolerance(*value)).fold(0.0, f64::max)
@@ -120,7 +120,8 @@ impl Recording {
         self.end != Some(row) && !self.between.contains(&row)
     }
 
-    /// Finds the columns of the block's variables. `wanted` are the user's choice: column and variable, or `time`.
+    /// Finds the columns of the block's variables. `wanted` is the user's choice: pairs of a column and a variable, or
+    /// `time`.
     pub(super) fn new(
         block: &Block,
         csv: &Csv,
@@ -171,7 +172,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Half of the last digit of the coarsest numeric output.
+    /// Returns half of the last digit of the coarsest numeric output.
     pub(super) fn resolution(&self) -> f64 {
         self.outputs.iter().filter(|of| !of.is_boolean).map(Signal::coarsest).fold(0.0, f64::max)
     }
@@ -181,7 +182,7 @@ impl Recording {
         row > 0 && self.outputs.iter().any(|of| of.values[row] != of.values[row - 1] && !of.values[row].is_nan())
     }
 
-    /// The rows between calls, if the outputs change in each `ratio`-th row only: not in the others, though often in these.
+    /// Returns the rows between calls, if the outputs change only in every `ratio`-th row, and often enough.
     pub(super) fn rows_between_calls(&self, ratio: usize) -> Option<BTreeSet<usize>> {
         const FEWEST: usize = 5;
         let changed: Vec<usize> = (1..self.rows).filter(|row| self.changes(*row)).collect();
@@ -191,7 +192,7 @@ impl Recording {
         has_rhythm.then(|| (0..self.rows).filter(|row| !is_call(*row)).collect())
     }
 
-    /// The greatest common divisor of the numbers of rows between changes of the outputs.
+    /// Returns the greatest common divisor of the numbers of rows between changes of the outputs.
     pub(super) fn rhythm(&self) -> usize {
         let changed: Vec<usize> = (1..self.rows).filter(|row| self.changes(*row)).collect();
         changed.windows(2).map(|pair| pair[1] - pair[0]).fold(0, |a, b| {
@@ -203,15 +204,15 @@ impl Recording {
         })
     }
 
-    /// Whether its process value is named neither as the block's input nor as its output.
+    /// Whether the column of the process value is named after neither an input nor an output of the block.
     pub(super) fn has_unclear_process_value(&self, block: &Block) -> bool {
         let terminal = block.row(block.roles.process_value.as_ref());
         let named = |of: &&Signal| Some(of.row) == terminal && !of.is_output_column;
         self.inputs.iter().find(named).is_some_and(|of| variable_of(block, &of.written.name).is_none())
     }
 
-    /// The recording with each output in the row of its call, where a row has the outputs of the call before: those that the other
-    /// FMUs read in a step in which all values are exchanged at once. The process value may be one of them.
+    /// Moves each output to the row of its call, for a recording whose rows hold the outputs of the previous call, as
+    /// the other FMUs read them with parallel exchange. The process value may be one of these outputs.
     pub(super) fn with_earlier_outputs(mut self, block: &Block, has_late_process_value: bool) -> Recording {
         if has_late_process_value {
             let terminal = block.row(block.roles.process_value.as_ref());
@@ -224,7 +225,7 @@ impl Recording {
             of.values.push(if of.is_output_column { last } else { f64::NAN });
         }
         self.end = None;
-        // Between two calls there are as many rows as before, and the calls are a row earlier.
+        // The calls are as many rows apart as before, but one row earlier.
         let mut calls = (0..self.rows).filter(|row| !self.between.contains(row));
         if !self.between.is_empty()
             && let (Some(first), Some(second)) = (calls.next(), calls.next())
@@ -234,10 +235,10 @@ impl Recording {
         self
     }
 
-    /// Where the manipulated value stands still while the computed one moves by more than the last digits explain, the
-    /// controller may have been in manual mode, unless the value looks like a limit: one of the loop, or the lowest or
-    /// highest recorded value. Assumes manual mode there and returns the times; `None` if the mode was recorded or
-    /// nothing stands still.
+    /// While the recorded manipulated value is constant and the computed one moves by more than the last digits
+    /// explain, the controller may have been in manual mode, unless the value looks like a limit: one of the loop, or
+    /// the lowest or highest recorded value. Assumes manual mode there and returns the times; there are none if the
+    /// mode was recorded or the value is never constant.
     pub(super) fn take_for_manual(
         &mut self,
         block: &Block,
@@ -279,7 +280,8 @@ impl Recording {
         times
     }
 
-    /// Whether the manipulated value stays below, or above, its value at `from` from then on, as at a limit.
+    /// Whether the manipulated value never exceeds, or never falls below, its value at `from` from then on, as at a
+    /// limit.
     pub(super) fn stays_on_one_side(&self, block: &Block, from: f64) -> bool {
         let Some(output) = block.manipulated(self) else { return false };
         let start = self.times.partition_point(|time| *time < from);
@@ -376,7 +378,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Rejects a recording that has nothing to compare.
+    /// Rejects a recording without outputs to compare or inputs to replay.
     fn check(&self, block: &Block, csv: &Csv) -> Result<()> {
         let columns: Vec<_> = csv.columns.iter().take(12).map(|column| column.name.as_str()).collect();
         let names = |is_wanted: fn(Role) -> bool| {
@@ -401,13 +403,13 @@ impl Recording {
         Ok(())
     }
 
-    /// Adds inputs that were not recorded but follow from those that were.
+    /// Adds inputs that were not recorded but follow from recorded signals.
     fn complete(&mut self, block: &Block, remarks: &mut Vec<String>) {
         let has = |recording: &Recording, row: usize| recording.inputs.iter().any(|input| input.row == row);
         let restart =
             block.row(block.roles.restart.as_ref()).and_then(|row| self.inputs.iter().find(|input| input.row == row));
         self.says_restart = restart.is_some_and(|input| input.values[0] == 1.0);
-        // The process value of the recording is a number with a unit, not a peripheral word.
+        // The recorded process value is a number with a unit, not a peripheral word.
         if let (Some(terminal), Some((word, switch))) =
             (block.row(block.roles.process_value.as_ref()), block.peripheral())
             && word != terminal
@@ -543,11 +545,11 @@ fn found(csv: &Csv, name: &str) -> Result<usize> {
     csv.find(name).context("the column is there")
 }
 
-/// The pairs of column and variable by their names.
+/// Matches columns and variables by name.
 fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<String>) -> Vec<(usize, usize)> {
     let mut pairs: Vec<(usize, usize)> = Vec::new();
     let mut left = Vec::new();
-    // If columns name the loop, GAIN of another member is not a setting of it.
+    // If column names include the loop's name, the GAIN of another member is not the loop's.
     let is_own = |name: &str| {
         let mut owners = ends(name).filter_map(|end| Some(end.split_once('.')?.0.trim_matches('"')));
         owners.any(|owner| owner.eq_ignore_ascii_case(block.name()))
@@ -576,7 +578,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let Some(row) = block.row(role.as_ref()).filter(|row| !pairs.iter().any(|(_, other)| other == row)) else {
             continue;
         };
-        // The process value may also be an output of that name; the PV of a recorder is the block's input.
+        // The block may have an output of that name, too, but the PV of a recorder is the block's input.
         let is_called = |column: usize| names.contains(&short_name(&csv.columns[column].name).as_str());
         let shown = block.row(roles.shown_process_value.as_ref());
         let is_shown = |column: usize| {
@@ -589,7 +591,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
             && block.peripheral().is_some_and(|(word, _)| pairs.iter().any(|(_, other)| *other == word));
         if let Some(column) = candidate.filter(|_| !has_word) {
             left.retain(|other| *other != column);
-            // A variable that is set cannot be compared with itself.
+            // A column that sets a variable cannot be compared as well.
             pairs.retain(|(other, _)| *other != column);
             pairs.push((column, row));
         }
@@ -604,7 +606,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
     pairs
 }
 
-/// The variable that a column names.
+/// Returns the variable that a column is named after.
 fn variable_of(block: &Block, column: &str) -> Option<usize> {
     let rows = &block.table.rows;
     let of = |name: &str| rows.iter().position(|row| row.name.eq_ignore_ascii_case(name));
@@ -623,8 +625,8 @@ fn variable_of(block: &Block, column: &str) -> Option<usize> {
     of(last[prefix.len()..].trim_start_matches(['_', '-', ' ', '.']))
 }
 
-/// Whether the columns of TIME without a unit are in seconds or milliseconds: whichever is closer to the settings of
-/// the loop.
+/// Returns the unit, in seconds, of TIME columns without one: seconds or milliseconds, whichever is closer to the
+/// settings of the loop.
 fn time_scale(block: &Block, csv: &Csv, pairs: &[(usize, usize)]) -> f64 {
     let (mut seconds, mut milliseconds) = (0.0, 0.0);
     for (column, row) in pairs {

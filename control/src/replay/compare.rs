@@ -6,26 +6,26 @@ use anyhow::Result;
 use blocks::Kind;
 use modeldescription::digits::short;
 
-/// Seeds of the variations of the measured values' last digits.
+/// The seeds for varying the last digits of the measured values.
 const SEEDS: [u64; 3] = [1, 2, 3];
 
 /// The factor by which these few variations may underestimate the spread.
 const SPREAD: f64 = 3.0;
 
-/// A beginning that agrees for this many rows is no accident either.
+/// If a beginning agrees for this many rows, that is not a coincidence.
 const LONG: usize = 20;
 
-/// Agreement for this many more rows is no accident.
+/// Agreement for more additional rows than this is not a coincidence.
 pub(super) const CLEARLY: usize = 3;
 
 /// A recording and the block it is compared with.
 pub(super) struct Comparison<'a> {
     pub(super) block: &'a Block<'a>,
     pub(super) recording: &'a Recording,
-    /// The allowed deviation of a value; by default given by the digits of the recording.
+    /// The allowed deviation of a value; by default, it depends on the digits of the recording.
     pub(super) tolerance: Option<f64>,
-    /// The possible effect of the inputs' last digits on each output in each row, if one run judges the others;
-    /// otherwise each run has its own.
+    /// The possible effect of the inputs' last digits on each output in each row, if it is the same for all runs;
+    /// otherwise, it is computed for each run.
     pub(super) spread: Option<&'a [Vec<f64>]>,
 }
 
@@ -48,7 +48,7 @@ pub(super) struct Difference {
     pub(super) first: Option<usize>,
     /// The number of rows that differ.
     pub(super) different: usize,
-    /// The largest difference of all rows.
+    /// The largest difference in any row.
     pub(super) largest: f64,
 }
 
@@ -60,44 +60,44 @@ impl Outcome {
         self
     }
 
-    /// The possible effect of the inputs' last digits on an output.
+    /// Returns the possible effect of the inputs' last digits on an output.
     pub(super) fn spread(&self, output: usize) -> f64 {
         self.spread.get(output).and_then(|rows| rows.last()).copied().unwrap_or_default()
     }
 
-    /// The number of rows of outputs that differ.
+    /// Returns the number of values that differ, over all rows and outputs.
     pub(super) fn different(&self) -> usize {
         self.compared.iter().map(|of| of.different).sum()
     }
 
-    /// The largest difference of an output that is no switch, else of all.
+    /// Returns the largest difference of any output.
     pub(super) fn largest(&self) -> f64 {
         self.compared.iter().map(|of| of.largest).fold(0.0, f64::max)
     }
 
-    /// The first row in which an output differs.
+    /// Returns the first row in which an output differs.
     pub(super) fn first(&self) -> Option<usize> {
         self.compared.iter().filter_map(|of| of.first).min()
     }
 
-    /// Whether no output differs earlier than in another run, and one differs clearly later. Later differences do not
-    /// count: a setting may have been changed there.
+    /// Whether no output differs earlier than in another run, and at least one differs clearly later. Only the first
+    /// difference counts: a setting may have been changed there.
     pub(super) fn agrees_longer_than(&self, other: &Outcome, rows: usize) -> bool {
         let lengths = |of: &Outcome| of.compared.iter().map(|of| of.first.unwrap_or(rows)).collect::<Vec<_>>();
         let (own, others) = (lengths(self), lengths(other));
         let pairs = || own.iter().zip(&others);
-        // A row is the call after it in one of the two.
+        // In one of the two runs, a row may be the next call.
         pairs().all(|(own, other)| own + 1 >= *other) && pairs().any(|(own, other)| *own > other + CLEARLY)
     }
 
-    /// The remark on the deviation allowed because of the inputs' last digits.
+    /// Returns the remark on the deviation allowed because of the inputs' last digits.
     pub(super) fn spread_remarks(&self, comparison: &Comparison) -> Option<String> {
         let outputs = &comparison.recording.outputs;
         let shown: Vec<String> = outputs
             .iter()
             .enumerate()
             .map(|(output, of)| (self.spread(output), of))
-            // The resolution of REAL itself is not a rounding of the recording.
+            // The resolution of REAL itself is not rounding in the recording.
             .filter(|(spread, of)| *spread > of.rounding && !of.is_boolean)
             .map(|(spread, of)| format!("{} by up to {}", of.name, short(spread)))
             .collect();
@@ -116,7 +116,7 @@ impl<'a> Comparison<'a> {
         Comparison { block, recording, tolerance, spread: None }
     }
 
-    /// The ways in which the block may have reached the first row, this one first.
+    /// Returns the ways in which the block may have reached the first row, with `first` first.
     pub(super) fn beginnings(&self, first: Beginning) -> Vec<Beginning> {
         let all = match () {
             () if self.recording.says_restart => vec![Beginning::Restart],
@@ -130,13 +130,12 @@ impl<'a> Comparison<'a> {
         sorted
     }
 
-    /// The run with the beginning that fits best.
+    /// Returns the run with the beginning that fits best.
     pub(super) fn best(&self, variant: &Variant, rows: usize) -> Result<Outcome> {
         let mut all: Vec<Outcome> = Vec::new();
         for beginning in self.beginnings(Beginning::Fresh) {
             let mut outcome = self.run(&Variant { beginning, ..variant.clone() }, rows)?;
-            // A beginning in the middle has a wider tolerance, which is not accepted where another beginning does
-            // without.
+            // A beginning in manual mode has a wider tolerance, which is rejected if another beginning fits without it.
             let tight = all.iter().filter(|of| of.first().is_some_and(|first| first >= LONG));
             if let Some(tight) = tight.max_by_key(|of| of.first()).filter(|_| beginning == Beginning::Held) {
                 outcome.compared = self.differences(&outcome.outputs, &[], &tight.spread);
@@ -152,7 +151,7 @@ impl<'a> Comparison<'a> {
         Ok(best.expect("there is a beginning"))
     }
 
-    /// A run. The effect of the inputs' last digits is computed only if it matters.
+    /// Runs a variant and compares its outputs. The effect of the inputs' last digits is computed only if it matters.
     pub(super) fn run(&self, variant: &Variant, rows: usize) -> Result<Outcome> {
         let outputs = self.block.simulate(self.recording, variant, rows, None)?;
         let spread = self.spread.map_or_else(Vec::new, <[_]>::to_vec);
@@ -173,20 +172,20 @@ impl<'a> Comparison<'a> {
         Ok(outcome)
     }
 
-    /// The possible effect of the inputs' last digits on each output up to each row of a run.
+    /// Returns the possible effect of the inputs' last digits on each output up to each row of a run.
     pub(super) fn spread(&self, variant: &Variant) -> Result<Vec<Vec<f64>>> {
         let rows = self.recording.rows;
         let outputs = self.block.simulate(self.recording, variant, rows, None)?;
         Ok(self.spread_of(&outputs, &self.others(variant, rows)?, variant.beginning))
     }
 
-    /// The same run with other last digits of the inputs.
+    /// Repeats a run with other last digits of the inputs.
     fn others(&self, variant: &Variant, rows: usize) -> Result<Vec<Vec<Vec<f64>>>> {
         SEEDS.iter().map(|seed| self.block.simulate(self.recording, variant, rows, Some(*seed))).collect()
     }
 
-    /// Whether nothing but switches is compared, and other last digits of the measured values change as many rows of a run as differ from
-    /// the recording.
+    /// Whether only switches are compared, and varying the last digits of the measured values changes at least as many
+    /// of their values as differ from the recording.
     pub(super) fn is_within_rounding(&self, run: &Outcome) -> Result<bool> {
         let recording = self.recording;
         let is_measured = recording.inputs.iter().any(Signal::is_rounded);
@@ -240,7 +239,7 @@ impl<'a> Comparison<'a> {
             difference.largest = difference.largest.max(if off.is_nan() { f64::INFINITY } else { off });
             let allowed = match self.tolerance {
                 None if of.is_boolean => {
-                    // A switch that another last digit moves by a call.
+                    // Another last digit may move a switch by one call.
                     let near = row.saturating_sub(1)..(row + 2).min(computed.len());
                     let may_be = near.clone().any(|row| others.iter().any(|other| other[row] == *recorded));
                     f64::from(u8::from(may_be))
@@ -255,7 +254,7 @@ impl<'a> Comparison<'a> {
         difference
     }
 
-    /// The allowed deviation of an output in a row.
+    /// Returns the allowed deviation of an output in a row.
     fn allowed(&self, of: &Signal, row: usize, spread: &[f64]) -> f64 {
         match self.tolerance {
             _ if of.is_boolean => 0.0,
@@ -264,7 +263,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// Whether the last row, which repeats all outputs, is not a call: as a call it would have others.
+    /// Whether the last row, which repeats all outputs, is not a call: a call would have computed other outputs.
     pub(super) fn ends_without_call(&self, run: &Outcome) -> Result<bool> {
         let Some(end) = self.recording.end else { return Ok(false) };
         let again;
@@ -283,13 +282,13 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Whether a deviation exceeds the allowed one. The limit itself is a decimal number, which the subtraction does not
-/// hit exactly.
+/// Whether a deviation exceeds the allowed one, with some slack: the subtraction of decimal numbers does not hit the
+/// limit exactly.
 fn is_beyond(off: f64, allowed: f64) -> bool {
     off.is_nan() || off > allowed * (1.0 + 1e-5)
 }
 
-/// The better, the smaller.
+/// Returns the rank of an outcome: lower is better.
 pub(super) fn rank(outcome: &Outcome) -> (usize, f64) {
     (outcome.different(), outcome.largest())
 }

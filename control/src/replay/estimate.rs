@@ -1,8 +1,9 @@
-//! Estimates the values of settings with which the block reproduces a recording: the block itself gets the recorded
-//! inputs, and its outputs are compared with the recorded ones.
+//! Estimates the values of settings with which the block reproduces a recording: the block itself is run with the
+//! recorded inputs, and its outputs are compared with the recorded ones.
 //!
-//! One setting is searched on a grid and by golden section, two by least squares (Levenberg and Marquardt). Switches
-//! count by how often they were TRUE so far: so a late pulse costs little, and a missing one costs more and more.
+//! One setting is searched for on a grid and by golden section, two by least squares (Levenberg–Marquardt). For a
+//! switch, the accumulated number of TRUE values is compared: a late pulse thus costs little, and a missing one more
+//! and more.
 
 use super::columns::{Signal, is_tunable};
 use super::compare::{Comparison, Outcome};
@@ -20,9 +21,9 @@ const FACTORS: [f64; 9] = [1.1, 1.25, 1.5, 2.0, 3.0, 4.5, 7.0, 12.0, 30.0];
 const PARTS: [f64; 6] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5];
 /// The number of divisions of an interval.
 const DIVISIONS: usize = 24;
-/// The number of points of a grid where an interval cannot be divided.
+/// The number of grid points where golden section does not apply.
 const POINTS: usize = 40;
-/// The number of points per setting of a grid of two settings.
+/// The number of grid points per setting in a grid of two settings.
 const PAIR_POINTS: i32 = 11;
 /// The ratio of the widths of successive grids of two settings.
 const NARROWER: f64 = 0.4;
@@ -37,7 +38,7 @@ const NEAR: f64 = 0.02;
 /// A setting has no effect if the error changes by less than this fraction.
 const INSENSITIVE: f64 = 1e-9;
 
-/// A search with the first rows of a recording.
+/// A search over the first rows of a recording.
 pub(super) struct Search<'a> {
     pub(super) comparison: &'a Comparison<'a>,
     pub(super) rows: usize,
@@ -83,7 +84,7 @@ impl<'a> Search<'a> {
         self.left.set(self.left.get().saturating_sub(runs * self.calls));
     }
 
-    /// The residuals, row by row.
+    /// Returns the residuals of each output, row by row.
     fn residuals(&self, variant: &Variant) -> Option<Vec<f64>> {
         self.spend(1);
         let recording = self.comparison.recording;
@@ -102,7 +103,7 @@ impl<'a> Search<'a> {
         Some(all)
     }
 
-    /// The mean square of the residuals.
+    /// Returns the mean square of the residuals.
     pub(super) fn error(&self, variant: &Variant) -> f64 {
         self.residuals(variant).map_or(f64::INFINITY, |all| square(&all))
     }
@@ -118,12 +119,13 @@ impl<'a> Search<'a> {
         self.comparison.run(variant, self.rows).ok().map(Outcome::without_outputs)
     }
 
-    /// The value of a setting in a variant.
+    /// Returns the value of a setting in a variant.
     pub(super) fn value(&self, variant: &Variant, row: usize) -> f64 {
         variant.value(row).unwrap_or(self.comparison.block.settings[row])
     }
 
-    /// The variant with another value of a setting, as its type holds it; `None` if it does not, or if a running block does not take it.
+    /// Returns the variant with another value of a setting, as represented by its type; `None` if the type cannot hold
+    /// the value or a running block does not accept it.
     fn with(&self, variant: &Variant, row: usize, value: f64) -> Option<Variant> {
         let of = &self.comparison.block.table.rows[row];
         let value = held(of.kind, value).filter(|value| is_sensible(of, *value))?;
@@ -135,12 +137,13 @@ impl<'a> Search<'a> {
         Some(variant)
     }
 
-    /// Whether other values fit as well as those found: equal outputs stay equal.
+    /// Whether other values fit as well as those found. If the outputs were equal and are only switches, they must stay
+    /// equal.
     fn does_as_well(&self, found: &Found, other: &Variant) -> bool {
         if found.error == 0.0 && !self.has_numbers() { self.error(other) == 0.0 } else { self.fits(other) }
     }
 
-    /// The settings with numbers that the recording does not have, that are in use and that change something.
+    /// Returns the numeric settings in use that affect the outputs and are missing from the recording.
     pub(super) fn candidates(&self, base: &Found) -> Vec<usize> {
         let (block, recording) = (self.comparison.block, self.comparison.recording);
         let is_on = |name: &str| block.table.find(name).is_some_and(|row| self.value(&base.variant, row) != 0.0);
@@ -149,7 +152,7 @@ impl<'a> Search<'a> {
         let is_candidate = |row: &usize| {
             let of = &block.table.rows[*row];
             let is_setting = matches!(of.role, Role::Parameter | Role::Fixed | Role::Input)
-                // A change during the run may affect any input: a disturbance that was not recorded acts like LMN_OFF.
+                // Any input may have changed during the run: a disturbance that was not recorded acts like LMN_OFF.
                 && (base.variant.later.is_some() || !block.roles.is_stimulus(&of.name, of.role == Role::Input));
             let is_number = !matches!(of.kind, Kind::Bool | Kind::Word | Kind::Byte | Kind::DWord | Kind::LWord);
             let is_recorded = recording.inputs.iter().any(|input| input.row == *row);
@@ -169,7 +172,8 @@ impl<'a> Search<'a> {
         (0..block.table.rows.len()).filter(is_candidate).filter(changes).collect()
     }
 
-    /// The lowest and the highest manipulated value from a change on, of a limit of it: there it acts from then on.
+    /// If the setting is a limit of the manipulated value that changes during the run, returns the highest or lowest
+    /// recorded value after the change, at which the limit may act.
     fn stays(&self, variant: &Variant, row: usize) -> Option<f64> {
         let (block, recording) = (self.comparison.block, self.comparison.recording);
         let (from, (high, low)) = (variant.later.as_ref()?.from, block.roles.limits.as_ref()?);
@@ -180,7 +184,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The range of the recorded numbers.
+    /// Returns the largest range of a recorded number.
     fn span(&self) -> f64 {
         let recording = self.comparison.recording;
         let span = |of: &Signal| {
@@ -191,14 +195,15 @@ impl<'a> Search<'a> {
         all.filter(|of| matches!(of.kind, Kind::Real | Kind::LReal)).map(span).fold(0.0, f64::max)
     }
 
-    /// The times that the recorded switches show, in seconds: how far apart they rise, the shortest TRUE and the shortest FALSE.
+    /// Returns characteristic times of the recorded switches, in seconds: the median period, the shortest TRUE and the
+    /// shortest FALSE.
     fn times(&self) -> Vec<f64> {
         let recording = self.comparison.recording;
         let step = recording.spacing.unwrap_or(self.comparison.block.settings[self.comparison.block.table.cycle]);
         let mut times = Vec::new();
         for of in recording.outputs.iter().filter(|of| of.is_boolean) {
             let runs: Vec<&[f64]> = of.values[..self.rows].chunk_by(|a, b| a == b).collect();
-            // The first one has no beginning, and the last one no end.
+            // The first run has no known beginning, and the last one no known end.
             let inner = runs.get(1..runs.len().saturating_sub(1)).unwrap_or_default();
             for level in [1.0, 0.0] {
                 times.extend(inner.iter().filter(|run| run[0] == level).map(|run| run.len()).min());
@@ -210,7 +215,7 @@ impl<'a> Search<'a> {
         times.into_iter().map(|calls| calls as f64 * step).collect()
     }
 
-    /// Whether an output is a number, which changes with every change of a setting.
+    /// Whether an output is a number, which responds to every change of a setting.
     pub(super) fn has_numbers(&self) -> bool {
         self.comparison.recording.outputs.iter().any(|of| !of.is_boolean)
     }
@@ -252,7 +257,7 @@ impl<'a> Search<'a> {
         grid
     }
 
-    /// The best value of one setting.
+    /// Finds the best value of one setting.
     pub(super) fn one(&self, base: &Variant, row: usize) -> Option<Found> {
         let grid = self.grid(base, row);
         let at = |value: f64| self.with(base, row, value).map_or(f64::INFINITY, |variant| self.error(&variant));
@@ -265,7 +270,7 @@ impl<'a> Search<'a> {
         let middle = if self.has_numbers() {
             crate::identify::golden_section(place(low), place(high), DIVISIONS, |place| at(value(place)))
         } else {
-            // The number of pulses is a step function: two grids, the second between two points of the first.
+            // The number of pulses is a step function: uses two grids, the second around the best point of the first.
             let mut interval = (place(low), place(high));
             for _ in 0..2 {
                 let width = (interval.1 - interval.0) / POINTS as f64;
@@ -283,8 +288,8 @@ impl<'a> Search<'a> {
         Some(self.snapped(self.polished(best, &[row]), &[row]))
     }
 
-    /// The best values of two settings where nothing but switches is recorded, on grids that become finer: the number of pulses is a stair
-    /// that has no slope.
+    /// Finds the best values of two settings if only switches are recorded, on increasingly fine grids: the number of
+    /// pulses is a step function without a slope.
     pub(super) fn two(&self, base: &Found, rows: &[usize; 2]) -> Option<Found> {
         let mut best = base.clone();
         let mut width = FACTORS[FACTORS.len() - 3].ln();
@@ -308,7 +313,7 @@ impl<'a> Search<'a> {
         rows.iter().all(|row| best.variant.values.contains_key(row)).then_some(best)
     }
 
-    /// Least squares over one or two settings, starting from their current values.
+    /// Refines one or two settings by least squares, starting from their current values.
     pub(super) fn polished(&self, from: Found, rows: &[usize]) -> Found {
         let mut best = from;
         let mut damping = 1e-3;
@@ -350,7 +355,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// The sensitivity of the residuals to a setting: the change of the setting and its effect.
+    /// Returns the sensitivity of the residuals to a setting: a change of the setting and its effect.
     fn slope(&self, from: &Found, row: usize, here: &[f64]) -> Option<(f64, Vec<f64>)> {
         let own = self.value(&from.variant, row);
         let kind = self.comparison.block.table.rows[row].kind;
@@ -364,7 +369,7 @@ impl<'a> Search<'a> {
         Some((there - own, after.iter().zip(here).map(|(after, here)| after - here).collect()))
     }
 
-    /// The values with the fewest digits that fit as well.
+    /// Returns the values with the fewest digits that fit as well.
     pub(super) fn snapped(&self, found: Found, rows: &[usize]) -> Found {
         let enough = found.error * 4.0 + 1e-12;
         let with_digits = |digits: &[usize]| {
@@ -384,8 +389,8 @@ impl<'a> Search<'a> {
         all.iter().filter_map(|digits| with_digits(digits)).find(good).unwrap_or(found)
     }
 
-    /// The other settings that the recording cannot distinguish from this one: the block still reproduces the recording
-    /// if both have other values.
+    /// Returns the other settings that the recording cannot distinguish from this one: the block still reproduces the
+    /// recording if both have other values.
     pub(super) fn confused(&self, found: &Found, row: usize, others: &[usize]) -> Vec<usize> {
         let is_confused = |other: &&usize| {
             let own = self.value(&found.variant, **other);
@@ -399,12 +404,12 @@ impl<'a> Search<'a> {
         others.iter().filter(|other| **other != row).filter(is_confused).copied().collect()
     }
 
-    /// The variant with another value of a setting, if that fits as well.
+    /// Returns the variant with another value of a setting, if it fits as well.
     pub(super) fn doing_as_well(&self, found: &Found, row: usize, value: f64) -> Option<Variant> {
         self.with(&found.variant, row, value).filter(|other| self.does_as_well(found, other))
     }
 
-    /// The range over which the value of a setting fits as well.
+    /// Returns the range of values of a setting that fit as well.
     pub(super) fn range(&self, found: &Found, row: usize) -> (f64, f64) {
         const WIDTHS: [f64; 8] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
         const FAR: [f64; 9] = [2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0, 50.0, 100.0];
@@ -416,7 +421,7 @@ impl<'a> Search<'a> {
             if own == 0.0 || end != own + sign * WIDTHS[0] * own.abs() {
                 return end;
             }
-            // A value that may be half as large again may be any beyond a bound.
+            // If a value that differs by half still fits, there may be no bound at all: tries more distant values.
             let factors = FAR.map(|factor| if (sign > 0.0) == (own > 0.0) { factor } else { 1.0 / factor });
             factors.into_iter().map(|factor| own * factor).take_while(|value| fits(*value)).last().unwrap_or(end)
         };
@@ -428,12 +433,13 @@ fn square(all: &[f64]) -> f64 {
     all.iter().map(|one| one * one).sum::<f64>() / all.len().max(1) as f64
 }
 
-/// Whether a value is within the range that the table calls sensible.
+/// Whether a value is within the range that the table specifies as sensible.
 fn is_sensible(of: &Row, value: f64) -> bool {
     of.least().is_none_or(|min| value >= min) && of.greatest().is_none_or(|max| value <= max)
 }
 
-/// The value as represented by the type; a TIME is at least one millisecond.
+/// Returns the value as represented by the type; `None` if the type cannot hold it, or for a TIME below one
+/// millisecond.
 pub(super) fn held(kind: Kind, value: f64) -> Option<f64> {
     let value = match kind {
         Kind::Time => (value * 1000.0).round() / 1000.0,

@@ -24,11 +24,12 @@ pub(super) struct Block<'a> {
     pub(super) table: Arc<Table>,
     pub(super) roles: &'a Roles,
     pub(super) groups: &'a [Group],
-    /// The type and the reference of each variable of the table.
+    /// The type and the value reference of each variable in the table.
     variables: Vec<(Type, u32)>,
-    /// The value that each variable of the table has at the start: that of the loop, else that of a new instance.
+    /// The initial value of each variable in the table: that of the loop or, if it specifies none, that of a new
+    /// instance.
     pub(super) settings: Vec<f64>,
-    /// Those that the loop specifies.
+    /// The variables that the loop specifies.
     given: Vec<usize>,
 }
 
@@ -40,7 +41,7 @@ pub(super) enum Beginning {
     Restart,
     /// The first row is the first call after the restart.
     Fresh,
-    /// In manual, with the recorded manipulated value; the first row is the last call in manual.
+    /// In manual mode, with the recorded manipulated value; the first row is the last call in manual mode.
     Held,
 }
 
@@ -49,34 +50,34 @@ pub(super) enum Beginning {
 pub(super) struct Variant {
     /// The values of variables, by their rows in the table.
     pub(super) values: BTreeMap<usize, f64>,
-    /// The change while the block runs.
+    /// The change made while the block runs.
     pub(super) later: Option<Later>,
     pub(super) beginning: Beginning,
     /// The rows in which the block is not called.
     pub(super) skipped: BTreeSet<usize>,
-    /// The rows before which there is one more call.
+    /// The rows that are preceded by an additional call.
     pub(super) doubled: BTreeSet<usize>,
-    /// More calls for each row than one.
+    /// The number of additional calls per row.
     pub(super) more_calls: usize,
 }
 
 /// Values of variables from a row on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Later {
-    /// The first row whose call has them.
+    /// The first row in whose call they apply.
     pub(super) from: usize,
-    /// By their rows in the table.
+    /// The values, by the variables' rows in the table.
     pub(super) values: BTreeMap<usize, f64>,
 }
 
 impl Variant {
-    /// The value that a variable has in the end; none if it is that of the loop.
+    /// Returns the final value of a variable; `None` if it is that of the loop.
     pub(super) fn value(&self, row: usize) -> Option<f64> {
         let later = self.later.as_ref().and_then(|later| later.values.get(&row));
         later.or_else(|| self.values.get(&row)).copied()
     }
 
-    /// Sets a variable: from the row on if something is changed while the block runs, otherwise from the start.
+    /// Sets a variable: from the row of the change on if there is one, otherwise from the start.
     pub(super) fn set(&mut self, row: usize, value: f64) {
         let values = self.later.as_mut().map_or(&mut self.values, |later| &mut later.values);
         values.insert(row, value);
@@ -114,12 +115,12 @@ impl<'a> Block<'a> {
         Ok(Block { home, fmu: &of.fmu, name: &of.name, table, roles, groups, variables, settings, given })
     }
 
-    /// The loop's name.
+    /// Returns the loop's name.
     pub(super) fn name(&self) -> &str {
         self.name
     }
 
-    /// The word of the process value from the periphery, and the switch by which the block takes it.
+    /// Returns the peripheral word of the process value, and the switch that makes the block use it.
     pub(super) fn peripheral(&self) -> Option<(usize, usize)> {
         let is_word = |(meaning, _): &&(String, String)| meaning == "process value peripheral";
         let (_, word) = self.roles.signals.iter().find(is_word)?;
@@ -129,12 +130,12 @@ impl<'a> Block<'a> {
         Some((self.table.find(word)?, self.table.find(switch)?))
     }
 
-    /// The row of a variable of a role.
+    /// Returns the row of a variable in the table.
     pub(super) fn row(&self, name: Option<&String>) -> Option<usize> {
         name.and_then(|name| self.table.find(name))
     }
 
-    /// Switch to manual and manual value.
+    /// Returns the switch to manual mode and the manual value.
     pub(super) fn manual(&self) -> Option<(usize, usize)> {
         let (switch, value) = self.roles.manual.as_ref()?;
         Some((self.table.find(switch)?, self.table.find(value)?))
@@ -153,13 +154,13 @@ impl<'a> Block<'a> {
         recorded.map_or(self.settings[switch] == 1.0, |input| input.values.iter().all(|value| *value == 1.0))
     }
 
-    /// Whether the block can be brought to a manipulated value in manual.
+    /// Whether the block can be brought to the recorded manipulated value in manual mode.
     pub(super) fn can_be_held(&self, recording: &Recording) -> bool {
         let output = self.manipulated(recording);
         self.manual().is_some() && output.is_some_and(|output| recording.outputs[output].values[0].is_finite())
     }
 
-    /// The recorded manipulated value, among the outputs.
+    /// Returns the index of the recorded manipulated value among the outputs.
     pub(super) fn manipulated(&self, recording: &Recording) -> Option<usize> {
         let row = self.row(self.roles.manipulated_value.as_ref())?;
         recording.outputs.iter().position(|output| output.row == row)
@@ -188,7 +189,7 @@ impl<'a> Block<'a> {
             let value = of.values[row];
             match jitter {
                 Some(seed) if of.is_measured => value + of.resolution(value) * sign(seed, row, input),
-                // While it is held, its cut digits are the same ones.
+                // While a value is held, its truncated digits stay the same.
                 Some(seed) if of.is_cut(value) => {
                     value + of.resolution(value) * sign(seed, value.to_bits() as usize, input)
                 }
@@ -223,7 +224,7 @@ impl<'a> Block<'a> {
             if is_called {
                 let context = || format!("line {} of the recording", recording.lines[row]);
                 if row > 0 && variant.doubled.contains(&row) {
-                    // The values between the rows were not recorded: interpolates measured ones.
+                    // The values between the rows were not recorded: measured ones are interpolated.
                     for &(number, of) in written.iter().filter(|(_, of)| of.is_measured) {
                         let share = jitter.map_or(0.5, |seed| 0.5 + 0.5 * sign(seed, row, number));
                         let (before, after) = (input(number, row - 1), input(number, row));
@@ -251,7 +252,7 @@ impl<'a> Block<'a> {
         Ok(computed)
     }
 
-    /// The references of each type, with their places.
+    /// Groups value references by type, each with its index among the rows.
     fn groups(&self, rows: &[usize]) -> Vec<(Type, Vec<u32>, Vec<usize>)> {
         let group = |kind: Type| {
             let places: Vec<usize> = (0..rows.len()).filter(|place| self.variables[rows[*place]].0 == kind).collect();
@@ -275,7 +276,7 @@ struct Calls<'b, 'a> {
 }
 
 impl Calls<'_, '_> {
-    /// Up to the restart, with the values of the first row.
+    /// Initializes the instance up to the restart, with the values of the first row.
     fn initialize(&mut self, recording: &Recording, variant: &Variant, first: impl Fn(usize) -> f64) -> Result<()> {
         let mut values: BTreeMap<usize, f64> =
             self.block.given.iter().map(|row| (*row, self.block.settings[*row])).collect();
@@ -320,12 +321,12 @@ impl Calls<'_, '_> {
         Ok(())
     }
 
-    /// Brings the manipulated value to `target` in manual. It depends on the manual value by a straight line.
+    /// Brings the manipulated value to `target` in manual mode, assuming that it depends linearly on the manual value.
     fn hold(&mut self, recording: &Recording, target: f64) -> Result<()> {
         let Some((switch, manual)) = self.block.manual() else { return Ok(()) };
         let recorded = |row: usize| recording.inputs.iter().find(|of| of.row == row).map(|of| of.values[0]);
         if recorded(switch) == Some(1.0) && recorded(manual).is_some() {
-            // The block's memory of earlier calls settles after a few.
+            // The block's memory settles after a few calls.
             for _ in 0..4 {
                 self.step()?;
             }
@@ -357,7 +358,7 @@ impl Calls<'_, '_> {
         Ok(())
     }
 
-    /// Returns to the mode that the settings specify; the recorded mode is set with the row.
+    /// Returns to the mode that the settings specify; a recorded mode is set with each row.
     fn release(&mut self, recording: &Recording, variant: &Variant) -> Result<()> {
         let Some((switch, manual)) = self.block.manual() else { return Ok(()) };
         for row in [switch, manual] {
@@ -370,7 +371,7 @@ impl Calls<'_, '_> {
     }
 }
 
-/// 1 or -1, without a pattern.
+/// Returns 1 or -1, pseudorandomly.
 fn sign(seed: u64, row: usize, input: usize) -> f64 {
     let mut bits =
         seed ^ (row as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (input as u64).wrapping_mul(0xD1B5_4A32_D192_ED03);
@@ -379,12 +380,12 @@ fn sign(seed: u64, row: usize, input: usize) -> f64 {
     if (bits ^ (bits >> 31)) & 1 == 0 { 1.0 } else { -1.0 }
 }
 
-/// A value with the type of its variable.
+/// Converts a value to the type of its variable.
 pub(super) fn typed(kind: Kind, value: f64) -> Value {
     if kind == Kind::Bool { Value::Boolean(value != 0.0) } else { Value::Number(value) }
 }
 
-/// Another value of a setting than `before`, or than that of the loop.
+/// Returns the change of a setting from `before`, or from its value in the loop, to `value`.
 pub(super) fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> Change {
     let of = &block.table.rows[row];
     let own = before.copied().unwrap_or(block.settings[row]);

@@ -1,10 +1,11 @@
-//! A setting that was changed by hand during the recording: the block reproduces it with one value up to a row, and
+//! A setting that was changed during the recording: the block reproduces the recording with one value up to a row, and
 //! with another from there on.
 //!
-//! The value before the change is that of the loop, if the block agrees for a while, or is searched for in the first
-//! rows; it counts only if it explains more rows than those. The value after it and the row of the change are searched
-//! for together. Each way to read the recording is judged by the rows before the change, where the closest one wins,
-//! and each setting by the tolerance of the closest one. Only an answer that explains every row counts.
+//! If the block agrees for a while, the value before the change is that of the loop. Otherwise, it is searched for in
+//! the first rows and accepted only if it explains more rows than those. The value after the change and the row of the
+//! change are searched for together. Each interpretation of the recording is judged by the rows before the change,
+//! where the closest one wins, and each setting by the tolerance of the closest one. Only an answer that explains every
+//! row is accepted.
 
 use super::Suspect;
 use super::change::{Change, Since};
@@ -15,48 +16,48 @@ use super::suspects::{Diagnosis, Tried, fitting, is_wide, range_to_tell};
 use anyhow::Result;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Fewer rows before a change or from it on prove nothing.
+/// The minimum number of rows before a change and from it on; fewer prove nothing.
 const FEWEST: usize = 8;
 
-/// The value before the change is searched for in this many rows from the first difference on.
+/// The number of rows from the first difference on in which the value before the change is searched for.
 const BEFORE: usize = 40;
 
-/// The value after the change is searched for in this many rows from the change on.
+/// The number of rows from the change on in which the value after the change is searched for.
 const AFTER: usize = 600;
 
-/// This many calls may be spent on each search.
+/// The maximum number of calls spent on each search.
 const MOST_CALLS: usize = 6_000_000;
 
-/// The row of the change is searched for with this many settings, the closest ones.
+/// The number of settings, the closest ones, for which the row of the change is searched for.
 const MOST_MOVED: usize = 6;
 
-/// The first step with which the row of a change is searched for.
+/// The initial step of the search for the row of a change.
 const STRIDE: usize = 16;
 
 /// A reading is worse than another if its mean square residual is this many times larger.
 const WORSE: f64 = 2.0;
 
-/// A beginning that explains the first rows of a reading of the recording.
+/// A beginning that explains the first rows of one interpretation of the recording.
 #[derive(Clone)]
 struct Start<'a> {
     comparison: &'a Comparison<'a>,
-    /// The index of the reading.
+    /// The index of the interpretation.
     reading: usize,
     variant: Variant,
-    /// The first row that it does not explain.
+    /// The first row that the variant does not explain.
     first: usize,
 }
 
-/// The explanation by a change by hand.
+/// The explanation by a change during the recording.
 pub(super) struct Midway {
-    /// The index of the reading of the recording.
+    /// The index of the interpretation of the recording.
     pub(super) reading: usize,
     /// The run with the settings of the loop.
     pub(super) base: Outcome,
     pub(super) suspects: Vec<Suspect>,
 }
 
-/// The setting that was changed, of any of these readings of a recording.
+/// Finds the setting that was changed during the recording, in any of these interpretations.
 pub(super) fn midway(readings: &[Comparison]) -> Result<Option<Midway>> {
     let mut all = Vec::new();
     for (reading, comparison) in readings.iter().enumerate() {
@@ -78,8 +79,8 @@ pub(super) fn midway(readings: &[Comparison]) -> Result<Option<Midway>> {
     answer(before)
 }
 
-/// The answer of these starts with the fewest settings, the closest first. It is uncertain if another start has an
-/// answer with as few.
+/// Returns the answer of these starts with the fewest settings; of several, that of the closest start. It is uncertain
+/// if another start has an answer with as few settings.
 fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
     let mut best: Option<(usize, Midway)> = None;
     for start in judged(starts) {
@@ -96,7 +97,7 @@ fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
                 best = Some((settings, Midway { reading: start.reading, base, suspects }));
             }
         }
-        // One setting is the least.
+        // There is no answer with less than one setting.
         if settings == 1 {
             break;
         }
@@ -104,7 +105,7 @@ fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
     Ok(best.map(|(_, midway)| midway))
 }
 
-/// The number of settings that differ from those of the loop at first or later.
+/// Returns the number of settings that differ from the loop's, from the start or later.
 fn settings(suspect: &Suspect) -> usize {
     let changes = suspect.changes.iter().chain(suspect.since.as_ref().map(|since| &since.change));
     let names = changes.filter_map(|change| match change {
@@ -114,8 +115,8 @@ fn settings(suspect: &Suspect) -> usize {
     names.collect::<BTreeSet<_>>().len()
 }
 
-/// The starts closest to the recording, in the rows that all of them explain, the closest first. One with a larger
-/// tolerance reaches further but is not better for that.
+/// Returns the starts that are closest to the recording in the rows that all of them explain, closest first. A start
+/// with a larger tolerance explains more rows but is not better for it.
 fn judged(mut starts: Vec<Start>) -> Vec<Start> {
     let farthest = starts.iter().map(|start| start.first).max().unwrap_or_default();
     starts.retain(|start| start.first >= farthest / 2);
@@ -128,7 +129,7 @@ fn judged(mut starts: Vec<Start>) -> Vec<Start> {
 }
 
 impl<'a> Start<'a> {
-    /// Values of a setting that explain the first rows and more than those they were searched for in.
+    /// Returns starts with another value of a setting that explains more rows than those in which it was searched for.
     fn before(&self) -> Result<Vec<Start<'a>>> {
         let (comparison, total) = (self.comparison, self.comparison.recording.rows);
         let rows = (self.first + BEFORE).min(total);
@@ -140,7 +141,7 @@ impl<'a> Start<'a> {
                 continue;
             };
             let mut reached = rows;
-            // The more rows it explains, the more precisely they determine it.
+            // The more rows a value explains, the more precisely they determine it.
             while let Some(first) =
                 comparison.run(&found.variant, total)?.first().filter(|first| *first > reached + CLEARLY)
             {
@@ -156,7 +157,7 @@ impl<'a> Start<'a> {
         Ok(all)
     }
 
-    /// The settings that may have another value from about the first difference on, the nearest first.
+    /// Returns the settings that may have another value from about the first difference on, closest first.
     fn changed(&self) -> Result<Vec<Suspect>> {
         let (comparison, total) = (self.comparison, self.comparison.recording.rows);
         if self.first + FEWEST > total {
@@ -176,7 +177,7 @@ impl<'a> Start<'a> {
             *found = search.snapped(moved(&search, found, *row), &[*row]);
         }
         nearest(&mut found);
-        // A setting that was not tried might explain it as well, but not to the last digit.
+        // A setting that was not tried might explain the recording as well, but not to the last digit.
         let is_enough = |best: &Found| best.error == 0.0 || search.may_go_on();
         let Some((_, best)) = found.first().filter(|(_, best)| is_enough(best)) else { return Ok(Vec::new()) };
         if comparison.run(&best.variant, total)?.different() > 0 {
@@ -196,7 +197,7 @@ impl<'a> Start<'a> {
         tried.into_iter().map(|of| self.since(&diagnosis, &of.outcome, is_one)).collect()
     }
 
-    /// The answer: a setting that another value explains from a row on.
+    /// Creates the answer: a setting with another value from a row on.
     fn since(&self, diagnosis: &Diagnosis, outcome: &Outcome, is_one: bool) -> Result<Suspect> {
         let (block, recording) = (self.comparison.block, self.comparison.recording);
         let variant = outcome.variant.clone();
@@ -216,7 +217,7 @@ impl<'a> Start<'a> {
         let own = change(block, row, value, self.variant.values.get(&row));
         let mut whole = self.variant.clone();
         whole.values.insert(row, value);
-        // If the new value fits from the start on, the setting was not changed by hand.
+        // If the new value fits from the start, the setting was not changed during the recording.
         let is_whole = from(&earliest) <= 1 && self.comparison.run(&whole, recording.rows)?.different() == 0;
         let (changes, since) = match is_whole {
             true => (whole.values.iter().map(of_start).collect(), None),
@@ -229,7 +230,7 @@ impl<'a> Start<'a> {
             changes,
             since,
             range: range_to_tell(low, high, value),
-            // That one setting was changed is likelier than that two were at once.
+            // It is likelier that one setting was changed than two at the same time.
             confused: Vec::new(),
             values: diagnosis.named(ends.iter()),
             different: 0,
@@ -241,7 +242,7 @@ impl<'a> Start<'a> {
     }
 }
 
-/// The same setting with the row of the change and the value that fit best.
+/// Finds the row of the change and the value that fit best.
 fn moved(search: &Search, from: &Found, row: usize) -> Found {
     let mut best = from.clone();
     let mut stride = STRIDE;
@@ -257,7 +258,7 @@ fn moved(search: &Search, from: &Found, row: usize) -> Found {
     best
 }
 
-/// The same setting, changed as early or as late as the recording allows.
+/// Finds the earliest or the latest row of the change that the recording allows.
 fn edge(search: &Search, from: &Found, row: usize, is_earlier: bool) -> Found {
     let mut edge = from.clone();
     let mut stride = 1;
@@ -274,7 +275,7 @@ fn edge(search: &Search, from: &Found, row: usize, is_earlier: bool) -> Found {
     edge
 }
 
-/// The same setting, changed this many rows later, with the closest value there.
+/// Moves the change by this many rows, with the closest value there.
 fn at(search: &Search, of: &Found, row: usize, by: isize) -> Option<Found> {
     let mut variant = of.variant.clone();
     let later = variant.later.as_mut()?;
@@ -284,7 +285,7 @@ fn at(search: &Search, of: &Found, row: usize, by: isize) -> Option<Found> {
     }
     later.from = from;
     let there = Found { error: search.error(&variant), variant };
-    // If both values have the same effect, the value is kept.
+    // If the value fits just as well there, it is kept.
     if search.fits(&there.variant) && there.error <= of.error {
         return Some(there);
     }

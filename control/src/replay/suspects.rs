@@ -1,4 +1,4 @@
-//! Explanations for a difference between a recording and a block: known slips are tried, numbers are searched for.
+//! Explanations for a difference between a recording and a block: common mistakes are tried, numbers are searched for.
 
 use super::Suspect;
 use super::change::{Change, Why};
@@ -13,7 +13,7 @@ use blocks::Kind;
 use run::fmus::{Values, number_of};
 use std::collections::BTreeSet;
 
-/// This many rows after the first difference show whether a suspect is worth a full run.
+/// The number of rows after the first difference that show whether a suspect is worth a full run.
 const BEHIND: usize = 3_000;
 
 /// The maximum number of calls spent on trying suspects.
@@ -22,22 +22,22 @@ const MOST_CALLS: usize = 3_000_000;
 /// The maximum number of missed calls searched for.
 const MOST_MISSED: usize = 10;
 
-/// Pairs are tried among this many settings.
+/// The number of settings among which pairs are tried.
 const MOST_PAIRED: usize = 6;
 
-/// Far beyond any limit.
+/// A value far beyond any limit.
 const BEYOND: f64 = 1e6;
 
 /// The end of a range without one: any value beyond the other end explains the recording.
 pub(super) const OPEN: f64 = f64::MAX;
 
-/// A typed value has at most this many digits.
+/// The maximum number of digits of a typed value.
 const FEW: i32 = 4;
 
-/// Two settings that leave more than this fraction of the error do not explain it.
+/// The maximum fraction of the error that may remain if two settings explain it.
 const GOOD: f64 = 0.05;
 
-/// A value is certain if it is known to within this fraction.
+/// A value is certain if its range is narrower than this fraction of it.
 const WIDE: f64 = 0.15;
 
 /// The maximum number of suspects in the answer.
@@ -50,8 +50,8 @@ struct Try {
 }
 
 impl Try {
-    /// Whether the times of the recording leave no other CYCLE: no recorder has more rows with new outputs than there are calls, and outputs
-    /// that change in each n-th row only are those of a slower block.
+    /// Whether the times of the recording leave no other CYCLE: a recording cannot have more rows with new outputs than
+    /// calls, and outputs that change only in every n-th row are those of a slower block.
     fn is_sure(&self, comparison: &Comparison) -> bool {
         let own = comparison.block.settings[comparison.block.table.cycle];
         self.changes.iter().any(|change| match change {
@@ -66,7 +66,7 @@ impl Try {
 pub(super) struct Tried {
     pub(super) outcome: Outcome,
     changes: Vec<Change>,
-    /// The settings that it changes, numbers that were searched for among them.
+    /// The settings that it changes, including numbers that were searched for.
     rows: Vec<usize>,
     is_estimate: bool,
     range: Option<(f64, f64)>,
@@ -78,13 +78,13 @@ impl Tried {
         Tried { outcome, changes, rows, is_estimate: false, range: None, confused: Vec::new() }
     }
 
-    /// A tried suspect whose numbers were searched for.
+    /// Creates a tried suspect whose numbers were searched for.
     pub(super) fn estimated(outcome: Outcome, changes: Vec<Change>, rows: Vec<usize>) -> Tried {
         Tried { is_estimate: true, ..Tried::new(outcome, changes, rows) }
     }
 }
 
-/// The explanations tried, best first: the mode before all others, then the time, then single settings, then pairs.
+/// Tries explanations and returns them, best first. The mode is tried first, then the time, single settings, and pairs.
 pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspect>> {
     let rows = (base.first().unwrap_or(0) + BEHIND).min(comparison.recording.rows);
     let search = Search::new(comparison, rows, MOST_CALLS);
@@ -105,7 +105,7 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
         is_told = of_time.iter().any(|tried| tried.outcome.different() == 0);
         all.extend(of_time);
     }
-    // With a wrong CYCLE, a false TI would make up for it.
+    // If CYCLE is wrong, a wrong TI would compensate for it.
     if !is_told
         && let Some(Try { mut variant, changes }) = time(comparison).into_iter().find(|one| one.is_sure(comparison))
     {
@@ -115,13 +115,13 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     }
     let whole = |changes: Vec<Change>| after(&known, changes);
     let mut is_sure = is_told;
-    // With a call for each row of a slower recorder, a false TI would make up for the calls that are missing.
+    // With one call per row of a slower recorder, a wrong TI would compensate for the missing calls.
     if !is_told && !comparison.recording.is_coarse {
         let (found, sure) = diagnosis.settings(&start, &whole)?;
         is_sure = sure;
         all.extend(found);
     }
-    // A limit that the recording goes beyond is wrong, whatever else is.
+    // A limit that the recording exceeds is certainly wrong.
     let is_explained = all.iter().any(|tried| tried.outcome.different() == 0);
     if !is_explained
         && !comparison.recording.is_coarse
@@ -141,12 +141,12 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     diagnosis.told(all, is_sure, base)
 }
 
-/// Changes with those before them that are known.
+/// Returns the known changes followed by these.
 fn after(known: &[Change], changes: Vec<Change>) -> Vec<Change> {
     known.iter().cloned().chain(changes).collect()
 }
 
-/// The changes with those of mode and time before them.
+/// Puts the changes of mode and time before other changes.
 type Whole<'a> = &'a dyn Fn(Vec<Change>) -> Vec<Change>;
 
 pub(super) struct Diagnosis<'a> {
@@ -156,11 +156,11 @@ pub(super) struct Diagnosis<'a> {
 }
 
 impl Diagnosis<'_> {
-    /// The improvements by changes that are known beforehand.
+    /// Returns those of the given tries that are an improvement.
     fn discrete(&self, start: &Outcome, tries: Vec<Try>, whole: Whole) -> Vec<Tried> {
         let mut better = Vec::new();
         for Try { mut variant, changes } in tries {
-            // Several calls for each row take as much longer.
+            // Several calls per row take correspondingly longer.
             if !self.search.may_go_on() || variant.more_calls.saturating_mul(self.rows) > MOST_CALLS / 6 {
                 continue;
             }
@@ -179,7 +179,8 @@ impl Diagnosis<'_> {
         better
     }
 
-    /// Single settings and missed calls, and if none of them explains everything, two at once. Says whether it is the only explanation.
+    /// Tries single settings and missed calls and, if none of them explains everything, two settings at once. Also
+    /// returns whether the explanation is the only one.
     fn settings(&self, start: &Outcome, whole: Whole) -> Result<(Vec<Tried>, bool)> {
         let (search, block) = (&self.search, self.comparison.block);
         let base = Found { error: search.error(&start.variant), variant: start.variant.clone() };
@@ -239,7 +240,7 @@ impl Diagnosis<'_> {
             let best = self.pair(base, &found, [a, b])?;
             estimate(&[a, b], &search.snapped(best, &[a, b]))
         };
-        // The settings of the controller first, and with each beginning: a beginning alone explains little.
+        // The controller's settings come first, with each beginning: a beginning alone explains little.
         for beginning in self.comparison.beginnings(base.variant.beginning) {
             let variant = Variant { beginning, ..base.variant.clone() };
             let base = Found { error: search.error(&variant), variant };
@@ -260,7 +261,7 @@ impl Diagnosis<'_> {
         Ok((tried, sure))
     }
 
-    /// The best values of two settings; nothing if they explain too little.
+    /// Returns the best values of two settings; `None` if they explain too little.
     fn pair(&self, base: &Found, found: &[(usize, Found)], rows: [usize; 2]) -> Option<Found> {
         let search = &self.search;
         if !search.may_go_on() {
@@ -282,7 +283,7 @@ impl Diagnosis<'_> {
         (has_both && best.error < GOOD * base.error).then_some(best)
     }
 
-    /// A switch, a limit or a sign, and a number besides.
+    /// Tries a switch, a limit or a sign together with a number.
     fn besides(&self, tried: &[Tried], base: &Found, is_changed: &dyn Fn(&usize, &Found) -> bool) -> Vec<Tried> {
         let (search, block) = (&self.search, self.comparison.block);
         let mut two = Vec::new();
@@ -306,9 +307,9 @@ impl Diagnosis<'_> {
         two
     }
 
-    /// Leaves out explanations that change more than another one does: a limit that explains everything needs no second
-    /// one. If only switches are recorded, also leaves out those that need a tolerance, if another explanation needs
-    /// none.
+    /// Drops explanations that change more settings than needed: if one limit explains everything, a second one is
+    /// superfluous. If only switches are recorded and an explanation needs no tolerance, also drops those that need
+    /// one.
     fn keep_likeliest(&self, tried: &mut Vec<Tried>) {
         let fits = |of: &Tried| of.outcome.different() == 0 && !of.rows.is_empty();
         // An explanation by settings needs no missed calls.
@@ -328,7 +329,7 @@ impl Diagnosis<'_> {
         tried.retain(|of| !fits(of) || !sets.iter().any(|set| is_less(set, of)));
     }
 
-    /// Two changes at once that are known beforehand.
+    /// Combines two of the changes that need no search.
     fn two_discrete(&self, tried: &[Tried]) -> Vec<Tried> {
         let mut best: Vec<&Tried> = tried.iter().filter(|of| !of.is_estimate && !of.rows.is_empty()).collect();
         best.sort_by(|a, b| rank(&a.outcome).partial_cmp(&rank(&b.outcome)).unwrap_or(std::cmp::Ordering::Equal));
@@ -343,7 +344,7 @@ impl Diagnosis<'_> {
                     continue;
                 };
                 if rank(&outcome) < rank(&a.outcome) && rank(&outcome) < rank(&b.outcome) {
-                    // Both have the change of the mode.
+                    // Both include the change of mode.
                     let rest = b.changes.iter().filter(|change| !a.changes.contains(change));
                     let changes = a.changes.iter().chain(rest).cloned().collect();
                     let rows = a.rows.iter().chain(&b.rows).copied().collect();
@@ -385,7 +386,8 @@ impl Diagnosis<'_> {
         is_told
     }
 
-    /// Limits that the recording never reaches: any value beyond its extremes explains it, the start value of the block best.
+    /// Opens the ranges of limits that the recording never reaches: any value beyond its extremes explains it. The
+    /// block's start value is preferred.
     fn open_limits(&self, tried: &mut [Tried]) {
         let (search, block) = (&self.search, self.comparison.block);
         let Some((high, low)) = block.roles.limits.as_ref() else { return };
@@ -416,7 +418,7 @@ impl Diagnosis<'_> {
         }
     }
 
-    /// Values of the table's rows by their names.
+    /// Returns values of the table's rows by name.
     pub(super) fn named<'v>(&self, values: impl Iterator<Item = (&'v usize, &'v f64)>) -> Values {
         let named = |(row, value): (&usize, &f64)| {
             let of = &self.comparison.block.table.rows[*row];
@@ -425,14 +427,14 @@ impl Diagnosis<'_> {
         values.map(named).collect()
     }
 
-    /// The answer, with the outcomes over all rows.
+    /// Returns the answer, with the outcomes over all rows.
     fn told(&self, all: Vec<Tried>, is_sure: bool, base: &Outcome) -> Result<Vec<Suspect>> {
         let mut suspects = Vec::new();
         for Tried { outcome, changes, range, confused, .. } in all {
             let total = self.comparison.recording.rows;
             let outcome = if self.rows < total { self.comparison.run(&outcome.variant, total)? } else { outcome };
-            // A change that leaves fewer but larger differences is not closer: a limit touched by rounded values is
-            // known less exactly, and would be accepted because of the tolerance it adds.
+            // A change that leaves fewer but larger differences is not an improvement: a limit reached by rounded
+            // values is known less precisely, and would be accepted because of the tolerance it adds.
             let is_farther = outcome.largest() > base.largest();
             if rank(&outcome) >= rank(base) || is_farther {
                 continue;
@@ -453,11 +455,11 @@ impl Diagnosis<'_> {
             });
         }
         let block = self.comparison.block;
-        // Typed values have few digits: prefers such a value.
+        // Prefers values with few digits, as typed by users.
         let rank = |of: &Suspect| (of.different, of.fits && !is_round(of), of.fits && !is_usual(block, of), of.largest);
         suspects.sort_by(|a, b| rank(a).partial_cmp(&rank(b)).expect("finite"));
         if suspects.iter().filter(|suspect| suspect.fits).count() != 1 {
-            // The same settings may occur twice, with the same values.
+            // The same settings may occur more than once.
             let first = suspects.iter().find(|suspect| suspect.fits).map(|suspect| suspect.values.clone());
             let is_same = |suspect: &Suspect| {
                 Some(suspect.values.keys().collect::<Vec<_>>()) == first.as_ref().map(|of| of.keys().collect())
@@ -470,38 +472,38 @@ impl Diagnosis<'_> {
     }
 }
 
-/// All pairs of them.
+/// Returns all pairs of rows.
 fn pairs(rows: &[usize]) -> impl Iterator<Item = [usize; 2]> {
     rows.iter().enumerate().flat_map(|(number, a)| rows[number + 1..].iter().map(move |b| [*a, *b]))
 }
 
-/// Whether it changes only settings of the controller, which are changed most often.
+/// Whether a suspect changes only settings of the controller, which are changed most often.
 pub(super) fn is_usual(block: &Block, suspect: &Suspect) -> bool {
     !suspect.values.is_empty() && suspect.values.keys().all(|name| block.roles.controller.contains(name))
 }
 
-/// Whether all its numbers have few digits, as typed ones have.
+/// Whether all numbers of a suspect have few digits, like typed ones.
 fn is_round(suspect: &Suspect) -> bool {
     let mut numbers = suspect.values.values().map(|value| number_of(*value));
     numbers.all(|value| (rounded(value, FEW) - value).abs() <= 1e-6 * value.abs())
 }
 
-/// The width of a value's range, as a fraction of the value.
+/// Returns the width of a value's range as a fraction of the value.
 fn part(low: f64, high: f64, value: f64) -> f64 {
     (high - low) / value.abs().max(1e-12)
 }
 
-/// A range that is worth reporting.
+/// Returns the range if it is worth reporting.
 pub(super) fn range_to_tell(low: f64, high: f64, value: f64) -> Option<(f64, f64)> {
     (part(low, high, value) > 0.001).then_some((low, high))
 }
 
-/// Whether a value could be too many others.
+/// Whether the range of a value is too wide for the value to be certain.
 pub(super) fn is_wide(low: f64, high: f64, value: f64) -> bool {
     part(low, high, value) >= WIDE
 }
 
-/// The number of different sets of settings that explain everything.
+/// Returns the number of distinct sets of settings that explain everything.
 pub(super) fn fitting(tried: &[Tried]) -> usize {
     let mut sets: Vec<Vec<usize>> =
         tried.iter().filter(|of| of.outcome.different() == 0).map(|of| of.rows.clone()).collect();
@@ -511,7 +513,7 @@ pub(super) fn fitting(tried: &[Tried]) -> usize {
     sets.len()
 }
 
-/// The change, with the reason.
+/// Sets the reason of a change.
 fn because(mut change: Change, reason: Option<Why>) -> Change {
     if let Change::Setting { why, .. } = &mut change {
         *why = reason;
@@ -519,8 +521,8 @@ fn because(mut change: Change, reason: Option<Why>) -> Change {
     change
 }
 
-/// A mode other than the loop's, if it was not recorded: a manipulated value that moves by itself indicates automatic
-/// mode, and one that never moves indicates manual mode.
+/// Returns a change to the other mode if the mode was not recorded and the manipulated value indicates it: automatic
+/// mode if it moves, manual mode if it never moves.
 fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let (switch, value) = block.manual()?;
@@ -539,7 +541,7 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
         return Some(Try { changes: vec![change(block, switch, 0.0, None)], variant });
     }
     let computed = &base.outputs[output];
-    // In automatic mode it rests at a limit, too.
+    // In automatic mode, it also stays constant at a limit.
     if !is_manual && recorded.len() > 2 && !moves(&recorded) && moves(computed) && !block.is_limit(recorded[0]) {
         variant.values.insert(value, recorded[0]);
         let changes = vec![change(block, switch, 1.0, None), change(block, value, recorded[0], None)];
@@ -548,7 +550,7 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
     None
 }
 
-/// Another time between two calls: only if the recorded times indicate it, or there are none.
+/// Returns changes of the time between two calls that the recorded times indicate.
 fn time(comparison: &Comparison) -> Vec<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let mut tries = Tries { comparison, tries: Vec::new() };
@@ -576,7 +578,7 @@ fn time(comparison: &Comparison) -> Vec<Try> {
     tries.tries
 }
 
-/// A row without a call, or a call without a row, where the difference begins; then the next ones.
+/// Searches for a row without a call, or a call without a row, where the differences begin; then for the next ones.
 fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option<(Outcome, Vec<Change>)>> {
     let (mut variant, mut best) = (base.variant.clone(), rank(base));
     let mut first = base.first();
@@ -586,7 +588,7 @@ fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option
         && found.len() < MOST_MISSED
     {
         let mut step: Option<(Outcome, Change)> = None;
-        // Far into a recording, each run takes a long time.
+        // With many rows, each run takes a long time.
         let earlier = if rows.saturating_mul(40) > MOST_CALLS { 0 } else { 4 };
         for row in (at.saturating_sub(earlier).max(1)..=at).rev() {
             let mut without = variant.clone();
@@ -611,7 +613,7 @@ fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option
     Ok(outcome.map(|outcome| (outcome, found)))
 }
 
-/// All single changes of settings.
+/// Returns all single changes of settings to try.
 fn settings(comparison: &Comparison) -> Vec<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let mut tries = Tries { comparison, tries: Vec::new() };
@@ -637,14 +639,14 @@ fn settings(comparison: &Comparison) -> Vec<Try> {
     tries.tries
 }
 
-/// Changes of settings that are collected.
+/// A collection of changes to try.
 struct Tries<'a> {
     comparison: &'a Comparison<'a>,
     tries: Vec<Try>,
 }
 
 impl Tries<'_> {
-    /// The present value of a variable; `None` if the block does not have it or the recording sets it.
+    /// Returns the row and present value of a variable; `None` if the block does not have it or the recording sets it.
     fn own(&self, row: Option<usize>) -> Option<(usize, f64)> {
         let row = row?;
         let is_recorded =
@@ -656,7 +658,7 @@ impl Tries<'_> {
         self.values(&[(row, value)], why);
     }
 
-    /// Tries several values at once.
+    /// Adds a change of several values at once.
     fn values(&mut self, values: &[(Option<usize>, f64)], why: Option<Why>) {
         let mut variant = Variant::default();
         let mut changes = Vec::new();
@@ -685,12 +687,12 @@ impl Tries<'_> {
     }
 }
 
-/// Whether values are at an extreme more than once. Where they only touch a limit, they are so to the last digit.
+/// Whether values reach an extreme more than once, to the last digit, as they do at a limit.
 fn stays(values: &[f64], extreme: f64) -> bool {
     values.iter().filter(|value| **value == extreme).count() > 1
 }
 
-/// The limits of the manipulated value, if it reaches its highest or lowest recorded value repeatedly.
+/// Adds the limits of the manipulated value, if it reaches its highest or lowest recorded value repeatedly.
 fn limits(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
     let Some(manipulated) = block.manipulated(recording) else { return };
@@ -711,8 +713,8 @@ fn limits(tries: &mut Tries) {
     }
 }
 
-/// The limits of the loop that the recorded manipulated value goes beyond, as the recording has them where it stays at one, else as the block
-/// has them at first.
+/// Returns a change of the loop's limits that the recorded manipulated value exceeds: to its extreme if it stays there,
+/// otherwise to the block's start value if that is wide enough.
 fn exceeded(comparison: &Comparison) -> Option<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let of = &recording.outputs[block.manipulated(recording)?];
@@ -734,7 +736,7 @@ fn exceeded(comparison: &Comparison) -> Option<Try> {
     tries.tries.pop().filter(|one| !one.changes.is_empty())
 }
 
-/// The other structures: P, PI, PD, PID and so on.
+/// Adds the other structures: P, PI, PD, PID and so on.
 fn structure(tries: &mut Tries) {
     let block = tries.comparison.block;
     let switches: Vec<usize> = block.roles.structure.iter().filter_map(|name| block.table.find(name)).take(4).collect();
@@ -749,7 +751,7 @@ fn structure(tries: &mut Tries) {
     }
 }
 
-/// All other switches but those of manual mode, of a restart and of the actuator's stops.
+/// Adds all switches except those of manual mode, the restart and the actuator's stops.
 fn switches(tries: &mut Tries) {
     let block = tries.comparison.block;
     let roles = block.roles;
@@ -763,7 +765,7 @@ fn switches(tries: &mut Tries) {
     }
 }
 
-/// The dead band: none, or as wide as the deviations at which the recorded manipulated value does not move.
+/// Adds dead bands: none, or as wide as the deviations at which the recorded manipulated value does not move.
 fn dead_band(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
     let row = block.row(block.roles.dead_band.as_ref());
@@ -791,7 +793,7 @@ fn dead_band(tries: &mut Tries) {
     if rests.len() < 3 {
         return;
     }
-    // Nor does it move at the limits, where deviations are large.
+    // The manipulated value does not move at its limits either, where deviations are large.
     rests.sort_unstable_by(f64::total_cmp);
     let low = moves.iter().copied().fold(f64::INFINITY, f64::min);
     let rests: Vec<f64> = rests.into_iter().filter(|rest| *rest <= low).collect();
@@ -801,7 +803,7 @@ fn dead_band(tries: &mut Tries) {
     }
 }
 
-/// The numbers with the fewest digits from one to another, at most three.
+/// Returns the numbers with the fewest digits between two bounds, at most three.
 fn round_numbers(low: f64, high: f64) -> Vec<f64> {
     if !(low > 0.0 && low <= high && high.is_finite()) {
         return Vec::new();
@@ -813,7 +815,7 @@ fn round_numbers(low: f64, high: f64) -> Vec<f64> {
             let numbers: Vec<f64> = (0..3)
                 .map(|number| first + f64::from(number))
                 .filter(|number| number * step <= high * (1.0 + 1e-9))
-                // Powers of ten below 1 are no binary numbers; their inverses are.
+                // Powers of ten below 1 have no exact binary representation; their inverses do.
                 .map(|number| if step < 1.0 { number / (1.0 / step).round() } else { number * step })
                 .collect();
             if !numbers.is_empty() {
