@@ -1,5 +1,5 @@
-"""Cascade of two CONT_C, temperature over flow: what the second controller saves when the pressure
-drops.
+"""Cascade of two CONT_C, temperature over flow: the benefit of the second controller when the
+pressure drops.
 
     setpoint --SP_INT--> CONT_C ---LMN---> SP_INT  CONT_C --LMN--> DRIVE  VALVE --FLOW--+
                        temperature                  flow    |       ^                   |--TEMP--+
@@ -7,25 +7,25 @@ drops.
                            |                        +-------|---PV_IN-------------------+        |
                            +--------------------------------|---PV_IN----------------------------+
 
-The temperature controller does not move the valve: it asks for a flow of heating medium, in l/min,
-and the flow controller finds the position for it. Compared with a single CONT_C that moves the
-valve itself.
+The temperature controller does not move the valve: it demands a flow of heating medium, in l/min,
+and the flow controller finds the position for it. The cascade is compared with a single CONT_C that
+moves the valve itself.
 
-Call order: every 100 ms temperature controller, flow controller, valve. The temperature controller
+Call order, every 100 ms: temperature controller, flow controller, valve. The temperature controller
 has CYCLE = 1 s; it is stepped with the others, and its block is called in every tenth step.
 
-Tuning: the flow follows the valve at once, so the flow controller is an I controller (P_SEL off)
-with GAIN / TI = 1 / (0.4 l/min/% * 2 s): a closed flow loop with the time constant FLOW_LAMBDA = 2
-s. The temperature controller is a PI after SIMC for the gain of 2 K/(l/min), lags of 20 s and 5 s
-and the flow loop: LAMBDA = 10 s. The single controller has the same settings with the valve's 0.4
-l/min/% in the gain.
+Tuning: the flow follows the valve without lag, so the flow controller is an I controller (P_SEL
+off) with GAIN / TI = 1 / (0.4 l/min/% * 2 s), which gives the flow loop the time constant
+FLOW_LAMBDA = 2 s. The temperature controller is a PI controller tuned by SIMC for the gain of 2
+K/(l/min), lags of 20 s and 5 s and the flow loop, with LAMBDA = 10 s. The single controller has the
+same settings, with the valve's 0.4 l/min/% included in the gain.
 
-Theory: both answer the setpoint alike, with a rise time of 2.2 LAMBDA. After the pressure drop the
-single controller has to find a new position by integrating an error of d_position TI / GAIN. In the
-cascade the flow that is wanted stays what it was, so the temperature error adds up to 0, and the
-largest deviation is what the missing flow does behind the two lags while it fades. At 2.5 bar the
-valve has 0.79 of its gain, so it fades with FLOW_LAMBDA / 0.79 = 2.5 s, and costs no more than 0.16
-K for each l/min.
+Theory: both respond alike to the setpoint, with a rise time of 2.2 LAMBDA. After the pressure drop,
+the single controller has to find a new position by integrating an error of d_position TI / GAIN. In
+the cascade the required flow is unchanged, so the temperature error integrates to 0, and the
+largest deviation is the effect of the missing flow through the two lags while it decays. At 2.5 bar
+the valve has 0.79 of its gain, so the missing flow decays with FLOW_LAMBDA / 0.79 = 2.5 s, and
+causes at most 0.16 K per l/min.
 """
 
 import math
@@ -54,7 +54,7 @@ def run(fmus, with_flow_controller):
     valve = fmus.start("VALVE", POS_ON=True, MTR_TM=5.0, POS_START=50.0, T_START=AT_START, CYCLE=STEP_SIZE)
 
     def measured_flow(t):
-        # VALVE gives its flow from the first step on.
+        # VALVE outputs its flow from the first step on.
         return valve["FLOW"] if t > 0.0 else 20.0
 
     settings = {"MAN_ON": False, "CYCLE": CYCLE, "TI": TI}
@@ -113,7 +113,7 @@ def run(fmus, with_flow_controller):
 
 
 def largest_of_two_lags(t1, t2):
-    """The largest value that two lags give to an impulse of area 1."""
+    """The peak of the response of two lags to an impulse of area 1."""
     when = math.log(t1 / t2) * t1 * t2 / (t1 - t2)
     return (math.exp(-when / t1) - math.exp(-when / t2)) / (t1 - t2)
 

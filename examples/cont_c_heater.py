@@ -4,19 +4,19 @@
                            ^                                      |
                            +----------PV_PER----------------------+
 
-The process value takes the whole way of a PLC: the analog word T_PER, 0 ... 27648 for 0 ... 400
-degC, goes to PV_PER, and PVPER_ON, PV_FAC = 4 make degC of it.
+The process value takes the same path as in a PLC: the analog word T_PER, 0 ... 27648 for 0 ... 400
+degC, is connected to PV_PER, and PVPER_ON and PV_FAC = 4 convert it to degC.
 
 Tuning: SIMC (Skogestad, internal model control made simple) for the furnace's documented gain K = 3
-K/%, lags of 120 s and 20 s and delay of 5 s, for a closed loop with the time constant LAMBDA = 20
-s. The loop without the controller is then cancelled down to
+K/%, lags of 120 s and 20 s and delay of 5 s, and a closed-loop time constant LAMBDA = 20 s. The
+controller cancels the lags, which leaves the open loop
 
     L(s) = exp(-5.5 s) / ((LAMBDA + THETA) s (TM_LAG s + 1)),   THETA = 5 s delay + 0.5 s CYCLE / 2 + 5 s TM_LAG
 
-so theory predicts a first-order answer to the setpoint: rise time 2.2 LAMBDA, no overshoot (LAMBDA
-+ THETA is more than e THETA), within 2 % after the delay and 3.9 LAMBDA, and an error that adds up
-to step * (LAMBDA + THETA). An opened door asks for a LMN that is larger by dLMN; the integrator has
-to make it, and integrates an error of dLMN TI / GAIN for it.
+so theory predicts a first-order response to the setpoint: rise time 2.2 LAMBDA, no overshoot
+(LAMBDA + THETA is more than e THETA), settling within 2 % after the delay plus 3.9 LAMBDA, and an
+error integral of step * (LAMBDA + THETA). An opened door requires an LMN that is larger by dLMN;
+the integrator has to supply it, which takes an error integral of dLMN TI / GAIN.
 """
 
 import math
@@ -32,7 +32,7 @@ K, T1, T2, DELAY = 3.0, 120.0, 20.0, 5.0
 LAMBDA = 20.0
 TM_LAG = 5.0
 THETA = DELAY + CYCLE / 2 + TM_LAG
-# SIMC gives a controller KC (1 + 1 / (T1 s)) (1 + T2 s) / (1 + TM_LAG s); CONT_C adds its parts, and this is the same:
+# SIMC yields a controller KC (1 + 1 / (T1 s)) (1 + T2 s) / (1 + TM_LAG s); CONT_C is parallel, with the equivalent:
 KC = T1 / (K * (LAMBDA + THETA))
 TI = T1 + T2 - TM_LAG
 TD = T1 * T2 / TI - TM_LAG
@@ -55,7 +55,7 @@ COLD, HOT, COLD_END = 20.0, 200.0, 500.0
 
 
 def run(fmus):
-    """In manual mode at rest at 170 degC, to automatic, 10 K more, and then the door half open."""
+    """At rest at 170 degC in manual mode, then automatic mode, a step of 10 K, and then the door half open."""
     controller = fmus.start("CONT_C", PID, MAN_ON=True, MAN=50.0)
     furnace = fmus.start("HEATER", T_START=170.0)
     result = plcfmu.simulate(
@@ -79,7 +79,7 @@ def run(fmus):
     result.quality += step.figures("PV", "SP_INT", 170.0, 180.0, unit="K", theory=theory)
 
     door = result.between(DOOR, END)
-    more_power = 0.25 * (180.0 - 20.0) / K  # the door half open: a quarter more loss
+    more_power = 0.25 * (180.0 - 20.0) / K  # the door half open: a quarter more heat loss
     peak = math.log(T1 / LAMBDA) * T1 * LAMBDA / (T1 - LAMBDA)
     share = (math.exp(-peak / T1) - math.exp(-peak / LAMBDA)) / (T1 - LAMBDA)
     result.quality.add(
@@ -95,7 +95,7 @@ def run(fmus):
 
 
 def cold_start(fmus, by_hand):
-    """From 20 to 200 degC: in automatic mode, or with full power by hand up to 170 degC and automatic from there."""
+    """From 20 to 200 degC: in automatic mode, or with full manual power up to 170 degC and automatic from there."""
     controller = fmus.start("CONT_C", PID, MAN=100.0)
     furnace = fmus.start("HEATER", T_START=COLD)
     result = plcfmu.simulate(
@@ -136,7 +136,7 @@ def draw(result, path):
         axes[2].plot(time, result["LMN_D"], label="LMN_D", drawstyle="steps-post", **plot.D_PART)
         axes[0].set_ylim(168, 188)
         axes[1].set_ylim(40, 105)
-        # The span is narrower than its name, which stands in the legend.
+        # The span is narrower than its label, which is in the legend instead.
         plot.mark(axes[:1], 0.0, AUTOMATIC, "", {**plot.MANUAL, "label": "manual"})
         plot.mark(axes[1:], 0.0, AUTOMATIC, "", plot.MANUAL)
         plot.event(axes, STEP, "setpoint + 10 K")

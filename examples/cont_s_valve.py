@@ -1,5 +1,5 @@
-"""Motor-driven valve and heat exchanger with CONT_S: automatic, by hand, and against the limit
-stop.
+"""Motor-driven valve and heat exchanger with CONT_S: in automatic mode, in manual mode, and against
+the limit stop.
 
     setpoint --SP_INT-----> CONT_S --QLMNUP--> UP    VALVE --TEMP--+
     by hand --LMNS_ON-->           --QLMNDN--> DOWN    ^           |
@@ -7,23 +7,23 @@ stop.
               LMNDN       |  +--LMNR_HS, LMNR_LS-------------------+
                           +-----PV_IN------------------------------+
 
-CONT_S knows the position only by the time that it has run the motor (MTR_TM) and by the two limit
-switches. What the pulses do with the valve stands in VALVE's LMNR.
+CONT_S infers the position only from how long it has run the motor (MTR_TM) and from the two limit
+switches. LMNR of VALVE is the position that results from the pulses.
 
-Call order: every 100 ms CONT_S with the temperature and the limit switches of t, then the valve
-with the pulses of this call to t + 100 ms.
+Call order: every 100 ms, CONT_S is called with the temperature and limit switches at t, then the
+valve is stepped to t + 100 ms with the pulses of this call.
 
-Tuning: SIMC's PI for the exchanger's gain of 0.8 K/% and its lags of 20 s and 5 s, for a closed
-loop with LAMBDA = 12 s. A pulse of PULSE_TM = 300 ms moves the valve by 1 % and the temperature by
-0.8 K; a dead band of 0.5 K to either side is more than half of that, so there is always a position
-that it is content with.
+Tuning: SIMC's PI rule for the exchanger's gain of 0.8 K/% and its lags of 20 s and 5 s, for a
+closed loop with LAMBDA = 12 s. A pulse of PULSE_TM = 300 ms moves the valve by 1 % and the
+temperature by 0.8 K; a dead band of 0.5 K on either side is more than half of that, so there is
+always a position within it.
 
-Theory: a setpoint step takes a rise time of about 2.2 LAMBDA; the pulses make the PI law in steps
-of 1 %, so times come out within a fifth. At rest the temperature is within the dead band, and no
-pulse comes any more. A setpoint that cannot be reached drives the valve to its upper stop; there
-the pulse ends with LMNR_HS, and the integrator waits (only the proportional part, which shrinks
-while the temperature rises, takes the valve off the stop for a moment). So with the next setpoint
-the valve closes at once.
+Theory: a setpoint step has a rise time of about 2.2 LAMBDA; the pulses approximate the PI law in
+steps of 1 %, so times agree within a fifth. At rest the temperature is within the dead band, and no
+more pulses are output. A setpoint that cannot be reached drives the valve to its upper stop; there
+LMNR_HS ends the pulse, and the integrator is held (only the proportional component, which shrinks
+as the temperature rises, briefly moves the valve off the stop). So the valve starts closing
+immediately at the next setpoint.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ from plcfmu import plot
 CYCLE = 0.1
 K, T1, T2 = 0.8, 20.0, 5.0
 LAMBDA = 12.0
-THETA = T2 / 2 + 0.3 + CYCLE / 2  # a minimum pulse, or break, counts as delay
+THETA = T2 / 2 + 0.3 + CYCLE / 2  # a minimum pulse or break counts as delay
 GAIN = (T1 + T2 / 2) / (K * (LAMBDA + THETA))
 TI = T1 + T2 / 2
 PULSE_TM, MTR_TM, DEADB_W = 0.3, 30.0, 0.5
@@ -44,7 +44,7 @@ BY_HAND_UP, BY_HAND_DOWN = (245.0, 257.0), (265.0, 268.0)
 
 
 def run(fmus):
-    """A setpoint step, a pressure drop; by hand to the upper stop and back; a setpoint that is too high; and back."""
+    """A setpoint step; a pressure drop; manually to the upper stop and back; a setpoint out of reach; and back."""
     controller = fmus.start(
         "CONT_S", CYCLE=CYCLE, GAIN=GAIN, TI=TI, DEADB_W=DEADB_W, PULSE_TM=PULSE_TM, BREAK_TM=PULSE_TM, MTR_TM=MTR_TM
     )
@@ -78,7 +78,7 @@ def run(fmus):
     )
 
     step = result.between(STEP, DROP)
-    # It comes to rest within the dead band, which is wider than 2 % of the step: there may be no settling time.
+    # PV settles within the dead band, which is wider than 2 % of the step, so there may be no settling time.
     result.quality += step.figures("PV", "SP_INT", 60.0, 70.0, unit="K", theory={"rise": 2.2 * LAMBDA})
     result.quality.add("highest beyond the setpoint", float(max(step["PV"])) - 70.0, "K", "at most 0.5")
     result.quality.add("within 1 K after", float(step.time[abs(step["PV"] - 70.0) > 1.0][-1]) - STEP, "s")
@@ -98,7 +98,7 @@ def run(fmus):
 
 
 def pulses(signal):
-    """How often it rises."""
+    """The number of rising edges."""
     return int(np.sum(np.diff(np.concatenate([[0], signal])) > 0))
 
 

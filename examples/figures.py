@@ -1,20 +1,21 @@
-"""The manual's figures of PULSEGEN, made by the FMU: 3-3, 3-5 and the characteristics 3-6 to 3-9.
+"""The manual's figures for PULSEGEN, reproduced with the FMU: 3-3, 3-5 and the characteristics 3-6
+to 3-9.
 
-- 3-3, pulse duration modulation: INV in percent of ten calls is the number of calls with a pulse.
+- 3-3, pulse duration modulation: INV percent of ten calls have a pulse.
 - 3-5, synchronization: INV changes from 30 to 80 % at each of the ten calls of a period. With
-  SYN_ON the pulse for the new value begins in the next call, but for a change in the first or the
-  last two calls; without, with the next period.
-- 3-6, three-step control: the pulse is as long as |INV| says. P_B_TM makes the doglegs: 10 % of
-  PER_TM here, so below 10 % there is no pulse and above 90 % no break.
-- 3-7, three-step control with RATIOFAC = 0.5: half the pulse and half the threshold where INV is
-  negative.
+  SYN_ON the pulse for the new value begins in the next call, except for a change in the first or
+  the last two calls; without it, in the next period.
+- 3-6, three-step control: the pulse is proportional to |INV|. P_B_TM causes the kinks: it is 10 %
+  of PER_TM here, so there is no pulse below 10 % and no break above 90 %.
+- 3-7, three-step control with RATIOFAC = 0.5: half the pulse and half the threshold for negative
+  INV.
 - 3-8, two-step control, bipolar: (INV + 100 %) / 2.
-- 3-9, two-step control, monopolar: INV, and nothing where it is negative.
+- 3-9, two-step control, monopolar: INV, or no pulse if it is negative.
 
-The characteristics are swept: INV goes from -110 to 110 % in steps of 0.5 %, one period for each,
-of 400 calls, so that the pulse is a whole number of calls in every mode. A communication step is a
-period here, and Q_MEAN, the mean of the pulses over it, is the length of the pulse in percent of
-PER_TM, negative for a negative pulse.
+The characteristics are swept: INV rises from -110 to 110 % in steps of 0.5 %, with one period of
+400 calls each, so that the pulse is a whole number of calls in every mode. Here a communication
+step is one period, so Q_MEAN, the mean of the pulses over it, is the length of the pulse in percent
+of PER_TM, negative for a negative pulse.
 """
 
 import numpy as np
@@ -33,16 +34,16 @@ CHARACTERISTICS = {
     "3-9": ("two-step, monopolar", {"STEP3_ON": False}),
 }
 
-# INV is the manipulated value of a controller, and an input here.
+# INV is the manipulated value of a controller, but an input here.
 INPUT = {**plot.MANIPULATED, "linestyle": plot.SETPOINT["linestyle"]}
 
-# Figure 3-5: ten calls to a period; INV changes at the given call of the second period.
+# Figure 3-5: ten calls per period; INV changes at the given call of the second period.
 CALLS, SHORT_CYCLE = 10, 0.1
 LOW, HIGH = 30.0, 80.0
 
 
 def modulation(fmus):
-    """Figure 3-3: a period each of 30, 60 and 90 %, ten calls to a period. A row is a call."""
+    """Figure 3-3: one period each of 30, 60 and 90 %, with ten calls per period. A row is a call."""
     generator = fmus.start("PULSEGEN", CYCLE=SHORT_CYCLE, PER_TM=CALLS * SHORT_CYCLE)
     result = plcfmu.Result()
     for call in range(3 * CALLS):
@@ -71,11 +72,11 @@ def new_period(result):
     for call in range(CALLS, len(pulse) - 8):
         if result["INV"][call] == HIGH and pulse[call : call + 8].all() and not pulse[call + 8]:
             return call - CALLS
-    raise ValueError("there is no pulse of eight calls")
+    raise ValueError("no pulse of eight calls")
 
 
 def characteristic(fmus, settings):
-    """Figures 3-6 to 3-9: the length of the pulse over INV. A row is a period."""
+    """Figures 3-6 to 3-9: the pulse length over INV. A row is a period."""
     generator = fmus.start("PULSEGEN", settings, CYCLE=CYCLE, PER_TM=PER_TM, P_B_TM=P_B_TM)
     result = plcfmu.Result()
     for number, inv in enumerate(SWEEP):

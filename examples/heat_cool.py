@@ -1,27 +1,27 @@
-"""Three-step control of a chamber that is heated and cooled: RATIOFAC 1 and 0.5 side by side.
+"""Three-step control of a heated and cooled chamber: RATIOFAC 1 and 0.5 side by side.
 
     setpoint --SP_INT--> CONT_C --LMN--> INV  PULSEGEN --QPOS_P--> HEAT  THERMO --TEMP--+
                            ^                           --QNEG_P--> COOL                 |
                            +----------------------------PV_IN---------------------------+
 
-One percent of cooling takes the chamber twice as far as one of heating (DROP 120 K, RISE 60 K).
-With RATIOFAC = 0.5 PULSEGEN makes the cooling pulses half as long, and the controller sees the same
-gain of 0.6 K/% both ways.
+One percent of cooling changes the temperature twice as much as one percent of heating (DROP 120 K,
+RISE 60 K). With RATIOFAC = 0.5, PULSEGEN halves the cooling pulses, and the controller sees the
+same gain of 0.6 K/% in both directions.
 
-Call order: CONT_C every 2 s, PULSEGEN (PER_TM = 2 s) and THERMO every 20 ms, so that a pulse is
-known to 1 %. In a step in which CONT_C is called it comes first, so its LMN is the pulse of the
-period that begins there.
+Call order: CONT_C every 2 s, PULSEGEN (PER_TM = 2 s) and THERMO every 20 ms, so that a pulse has a
+resolution of 1 %. In a step in which CONT_C is called, it is called first, so its LMN determines
+the pulse of the period that starts there.
 
-Tuning: SIMC's PI for the slower way, cooling, with its lags of 100 s and 25 s and 0.6 K/%: half of
-the 25 s and half a period count as delay THETA = 13.5 s, and LAMBDA = THETA. One setting for both
-ways.
+Tuning: SIMC's PI rule for the slower direction, cooling, with lags of 100 s and 25 s and a gain of
+0.6 K/%: half of the 25 s and half a period count as the delay THETA = 13.5 s, and LAMBDA = THETA.
+The same settings apply to both directions.
 
-Theory: with RATIOFAC = 0.5 the loop has a phase margin of 51 degrees in cooling, and the answer to
-a setpoint step overshoots by some percent only, a little more than in heating, which has less lag.
-With RATIOFAC = 1 the loop gain is twice that in cooling: the crossover moves up, the answer rises
-in about half the time, the phase margin falls to 36 degrees, and the temperature swings: it
-overshoots by more than twice as much, and heating has to bring it back. In heating both are the
-same, pulse by pulse.
+Theory: with RATIOFAC = 0.5 the loop has a phase margin of 51 degrees in cooling, and the response
+to a setpoint step overshoots by only a few percent, slightly more than in heating, which has less
+lag. With RATIOFAC = 1 the loop gain in cooling is twice as high: the crossover frequency increases,
+the rise time is about halved, the phase margin drops to 36 degrees, and the temperature oscillates:
+it overshoots by more than twice as much, and heating has to bring it back. In heating the two are
+the same, pulse by pulse.
 """
 
 import math
@@ -43,7 +43,7 @@ HEATING, COOLING, END = 20.0, 260.0, 560.0
 
 
 def phase_margin(gain):
-    """Of the loop in cooling, with `gain` times the gain that it was tuned for, in degrees."""
+    """The phase margin in cooling, in degrees, at `gain` times the loop gain it was tuned for."""
 
     def loop_at(w):
         s = 1j * w

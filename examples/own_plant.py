@@ -1,9 +1,10 @@
 """Your own plant in the loop: CONT_C with any FMI 2.0 co-simulation FMU.
 
-Put the path of your FMU in place of "HEATER", and the names of its manipulated and process value in place of POWER and
-TEMP.
+Replace "HEATER" with the path of your FMU, and POWER and TEMP with the names of its manipulated and
+process value.
 
-The settings are SIMC's for the furnace: lags of 120 s and 20 s, delay of 5 s, gain of 3 K/%; LAMBDA = 30 s.
+The settings follow SIMC for the furnace: lags of 120 s and 20 s, a delay of 5 s, a gain of 3 K/%,
+and LAMBDA = 30 s.
 """
 
 import plcfmu

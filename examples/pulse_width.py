@@ -1,5 +1,5 @@
-"""CONT_C with PULSEGEN at 200 times its rate, and the same as PULS_CTR: the manual's example,
-section 3.4.
+"""CONT_C with PULSEGEN at 200 times its rate, and the same controller as PULS_CTR: the manual's
+example, section 3.4.
 
     every 2 s                          every 10 ms
     setpoint --SP_INT--> CONT_C --LMN--> INV  PULSEGEN --QPOS_P--> HEAT  THERMO --T_PER--+
@@ -10,25 +10,24 @@ section 3.4.
                            ^                                        |
                            +-----------------PV_PER-----------------+
 
-The lower loop is the upper one in a single block, with a chamber of its own. Both are run side by
-side, and every pulse is compared: they are equal, call by call, and so are the temperatures, bit by
-bit.
+The lower loop is the upper one in a single block, with its own chamber. Both run side by side, and
+every pulse is compared: they are equal, call by call, and so are the temperatures, bit by bit.
 
-Call order: PULS_CTR counts its calls after a restart and calls CONT_C first in call RED_FAC, the
-last one of the first period, then in every RED_FAC-th; PULSEGEN follows in the same call with the
-new LMN. Counted from 0 that is call 199, at 1.99 s. So CONT_C as an FMU of its own is started at
-1.99 s, is called there and then every 2 s, and its step comes before those of PULSEGEN and THERMO.
-LMN is new in the last call of a period, which is no time to synchronize: its pulse is that of the
-period that begins 10 ms later.
+Call order: PULS_CTR counts its calls after a restart and first calls CONT_C in call RED_FAC, the
+last call of the first period, and then in every RED_FAC-th call; PULSEGEN follows in the same call
+with the new LMN. Counted from 0 this is call 199, at 1.99 s. So CONT_C as a separate FMU is started
+at 1.99 s, called there and then every 2 s, and stepped before PULSEGEN and THERMO. LMN changes in
+the last call of a period, in which PULSEGEN does not synchronize: it determines the pulse of the
+period that starts 10 ms later.
 
-Tuning: SIMC's PI for heating with 0.6 K/%, lags of 100 s and 10 s, half of the second one and half
-a period as delay THETA = 6 s; LAMBDA = 21 s. A pulse is a whole number of calls, so 200 calls make
-0.5 % steps of the heating.
+Tuning: SIMC's PI rule for heating with 0.6 K/% and lags of 100 s and 10 s, where half of the second
+lag and half a period count as the delay THETA = 6 s; LAMBDA = 21 s. A pulse is a whole number of
+calls, so 200 calls resolve the heating in steps of 0.5 %.
 
-Theory: for the temperature, which is slow, the pulses act as their mean, so the answer is that of
-the continuous controller: rise time 2.2 LAMBDA, no overshoot to speak of, an error that adds up to
-step * (LAMBDA + THETA). What the pulses leave as ripple is less than a pulse of a full period
-would: 2 s of 60 K / 100 s, through the heater's lag of 10 s: 0.6 K/s * 2 s * 2 s / (8 * 10 s) =
+Theory: the temperature is slow and responds only to the mean of the pulses, so the response is that
+of the continuous controller: rise time 2.2 LAMBDA, negligible overshoot, and an error integral of
+step * (LAMBDA + THETA). The ripple of the pulses is less than that of a pulse lasting a full
+period: 2 s of 60 K / 100 s, through the heater's lag of 10 s: 0.6 K/s * 2 s * 2 s / (8 * 10 s) =
 0.03 K.
 """
 

@@ -1,4 +1,4 @@
-"""Setpoint ramps of HLG: into CONT_C for a furnace, and for a drive that trips without one.
+"""Setpoint ramps from HLG: for a furnace with CONT_C, and for a drive that trips without a ramp.
 
     S1 --> HLG --HLG--> x 400/27648 --SP_INT--> CONT_C --LMN--> POWER  HEATER --T_PER--+
                                                   ^                                    |
@@ -7,22 +7,22 @@
     S1 --> HLG --HLG--> SP  DRIVE --> SPEED, TRIP
 
 HLG counts in integers: here 27648 is 400 degC (for the furnace) and 32767 is 1500 rpm (for the
-drive). It is called every second (furnace) or every 10 ms (drive), and TH_TZ is the number of these
-calls in which it runs through the amount of its setpoint.
+drive). It is called every second (furnace) or every 10 ms (drive), and TH_TZ is the number of calls
+in which its output moves by the magnitude of its setpoint.
 
-Call order: HLG, then CONT_C, then the plant. HLG starts with SET and INIT at the furnace's
+Call order: HLG, then CONT_C, then the plant. HLG starts with SET and with INIT at the furnace's
 temperature, so that the ramp begins there.
 
-Furnace: 100 to 200 degC at once or in 200 s, which is TH_TZ = 400 calls, because the slope is S1 /
-TH: 200 K / 400 s = 0.5 K/s. Tuning: SIMC's PI for the lag of 120 s and half of the one of 20 s; the
-other half counts as delay; LAMBDA = 30 s. Theory: on a ramp a PI loop stays slope * TI / (K GAIN)
-behind, and the power rises by what holds the temperature and slope * 120 s / K = 20 % more, to 80 %
-at the end. The step asks for GAIN * 100 K = 95 % more at once and runs into the limit.
+Furnace: from 100 to 200 degC in a step or in 200 s, which takes TH_TZ = 400 calls, because the
+slope is S1 / TH: 200 K / 400 s = 0.5 K/s. Tuning: SIMC's PI rule for the lag of 120 s and half of
+the lag of 20 s, whose other half counts as delay; LAMBDA = 30 s. Theory: on a ramp a PI loop lags
+by slope * TI / (K GAIN), and the power is what holds the temperature plus slope * 120 s / K = 20 %,
+which is 80 % at the end. The step demands GAIN * 100 K = 95 % more immediately and hits the limit.
 
-Drive: the speed follows as a lag CTRL_TM = 0.1 s, so on the ramp of 229 rpm/s it is 23 rpm behind
-(and half a call more), and with an inertia of 2 s it takes 30.5 % torque. The monitor trips at 75
-rpm: the ramp of 100 calls, 916 rpm/s, would put it 92 rpm behind and trips it after 0.17 s, and the
-setpoint at once, without a ramp, in its first call.
+Drive: the speed follows with a lag CTRL_TM = 0.1 s, so on the ramp of 229 rpm/s it is 23 rpm behind
+(plus half a call), and with an inertia of 2 s it takes 30.5 % torque. The monitor trips at 75 rpm:
+the ramp of 100 calls, 916 rpm/s, would put the speed 92 rpm behind and trips the drive after 0.17
+s; a setpoint step without a ramp trips it in the first call.
 """
 
 import math
@@ -57,7 +57,7 @@ def counts(temperature):
 
 
 def furnace(fmus, with_ramp):
-    """From 100 to 180 degC, at once or along the ramp."""
+    """From 100 to 200 degC, in a step or along the ramp."""
     power = (COLD - 20.0) / K
     ramp = fmus.start("HLG", TZ=CYCLE, TH_TZ=TH_TZ if with_ramp else 0, INIT=counts(COLD), S1=counts(HOT), E01=True)
     controller = fmus.start(
@@ -99,7 +99,7 @@ def furnace(fmus, with_ramp):
 
 
 def drive(fmus, th_tz):
-    """From rest to 916 rpm along a ramp of `th_tz` calls; 0 is at once."""
+    """From rest to 916 rpm along a ramp of `th_tz` calls; 0 means a step."""
     ramp = fmus.start("HLG", TZ=DRIVE_CYCLE, TH_TZ=th_tz, E01=True)
     motor = fmus.start("DRIVE", CYCLE=DRIVE_CYCLE)
     result = plcfmu.Result()

@@ -1,23 +1,26 @@
-"""Ratio control with CONT_C: the second of two flows follows the first one in a given proportion.
+"""Ratio control with CONT_C: the second of two flows follows the first in a given ratio.
 
     PRES, operator --> VALVE A --FLOW---> x ratio --SP_INT--> CONT_C --LMN--> DRIVE  VALVE B --FLOW--+
                                                                 ^                                    |
                                                                 +-------------PV_IN------------------+
 
-Flow A is what it is: an operator moves its valve, its pressure drops. The setpoint of CONT_C for
-flow B is the measured flow A times the ratio, as in a burner (air and fuel) or when two liquids are
-blended. The multiplication stands in front of SP_INT, in the user's program; here, in the loop.
+Flow A is uncontrolled: an operator moves its valve, and its pressure drops. The setpoint of CONT_C
+for flow B is the measured flow A times the ratio, as in a burner (air and fuel) or when two liquids
+are blended. The multiplication before SP_INT belongs to the user's program; here it is part of the
+loop.
 
-Call order: every 100 ms the controller sees both flows of t, then both valves run to t + 100 ms.
+Call order: every 100 ms, the controller is called with both flows at t, then both valves are
+stepped to t + 100 ms.
 
-Tuning: flow B follows its valve (with positioner) at once, 0.4 l/min for 1 %. So the controller is
-an I controller (P_SEL off) with GAIN / TI = 1 / (0.4 l/min/% * LAMBDA), for a closed loop with the
-time constant LAMBDA = 1.5 s.
+Tuning: flow B follows its valve (with positioner) without lag, 0.4 l/min per 1 %. So the controller
+is an I controller (P_SEL off) with GAIN / TI = 1 / (0.4 l/min/% * LAMBDA), for a closed-loop time
+constant LAMBDA = 1.5 s.
 
-Theory, of a first-order loop: while flow A rises with a slope, flow B stays slope * ratio * LAMBDA
-behind; a step of the ratio is answered in a rise time of 2.2 LAMBDA without overshoot, within 2 %
-after 3.9 LAMBDA, and the error adds up to step * LAMBDA. A pressure drop to 2.5 bar costs flow B 21
-% at once; it comes back with LAMBDA / 0.79, for the valve has less gain then.
+Theory, for a first-order loop: while flow A rises at a constant slope, flow B lags by slope * ratio
+* LAMBDA; the response to a step of the ratio has a rise time of 2.2 LAMBDA and no overshoot,
+settles within 2 % after 3.9 LAMBDA, and its error integral is step * LAMBDA. A pressure drop to 2.5
+bar reduces flow B by 21 % immediately; it recovers with LAMBDA / 0.79, because the gain of the
+valve is then lower.
 """
 
 import math
@@ -33,13 +36,13 @@ FLOW_PER_PERCENT = 0.4
 LAMBDA = 1.5
 STROKE_TIME_A = 30.0
 
-# Flow A: its valve opens from 40 to 70 %, later its pressure drops. Flow B: another ratio, later its pressure drops.
+# Flow A: its valve opens from 40 to 70 %, then its pressure drops. Flow B: the ratio changes, then its pressure drops.
 OPENS, STOPS, DROP_A, NEW_RATIO, DROP_B, END = 10.0, 19.0, 40.0, 60.0, 80.0, 100.0
 PRESSURE, LOW_PRESSURE = 4.0, 2.5
 
 
 def run(fmus):
-    """Flow A rises, falls with its pressure; then the ratio is changed, and then the pressure of B drops."""
+    """Flow A rises, then falls with its pressure; then the ratio changes, and then the pressure of B drops."""
     valve_a = fmus.start("VALVE", name="A", MTR_TM=STROKE_TIME_A, POS_START=40.0, CYCLE=CYCLE)
     valve_b = fmus.start("VALVE", name="B", POS_ON=True, MTR_TM=5.0, POS_START=20.0, CYCLE=CYCLE)
     controller = fmus.start(
@@ -50,7 +53,7 @@ def run(fmus):
         return 0.6 if t >= NEW_RATIO else 0.5
 
     def flow_a(t):
-        # VALVE gives its flow from the first step on.
+        # VALVE outputs its flow from the first step on.
         return valve_a["FLOW"] if t > 0.0 else 16.0
 
     def flow_b(t):

@@ -1,28 +1,29 @@
-"""Level of a tank with CONT_C: what the reset time decides on a process that hardly levels itself.
+"""Level control of a tank with CONT_C: the effect of the reset time on a process with little
+self-regulation.
 
     setpoint --SP_INT--> CONT_C --LMN----> VALVE  TANK --L_PER--+
                            ^                ^                   |
                            |              DRAIN                 |
                            +----------PV_PER--------------------+
 
-The level comes as the analog word L_PER, 0 ... 27648 for 0 ... 2 m; PV_FAC = 0.02 makes m of it, so
+The level is the analog word L_PER, 0 ... 27648 for 0 ... 2 m; PV_FAC = 0.02 converts it to m, so
 GAIN is in % per m.
 
-The outflow follows the root of the level, so gain and time constant depend on where one is. At 1 m
-with the drain half open they are K = 6.3 cm/% and T = 752 s: for a loop of half a minute the tank
-is an integrator of K / T = 0.083 mm/s per percent. GAIN = T / (K LAMBDA) gives the proportional
-part a time constant LAMBDA = 40 s (SIMC, without delay).
+The outflow follows the square root of the level, so gain and time constant depend on the operating
+point. At 1 m with the drain half open they are K = 6.3 cm/% and T = 752 s: to a loop with a time
+constant of half a minute, the tank is an integrator of K / T = 0.083 mm/s per percent. GAIN = T /
+(K LAMBDA) gives the proportional loop a time constant LAMBDA = 40 s (SIMC, without delay).
 
 Theory, with K / T as an integrator:
-- TI = T: the controller cancels the tank's own time constant. A setpoint step is answered as a lag
-  of LAMBDA, without overshoot, but what a disturbance leaves fades no faster than in the tank by
-  itself, with TI.
-- TI = 4 LAMBDA, which SIMC takes: the loop is critically damped, with two time constants of TI / 2,
-  and the zero of the controller makes the setpoint step overshoot by exp(-2) = 13.5 % at most
-  (less, as the tank does level itself a little). A disturbance is gone in a fifth of the time.
+- TI = T: the controller cancels the tank's own time constant. The response to a setpoint step is a
+  lag of LAMBDA, without overshoot, but the effect of a disturbance decays no faster than in the
+  uncontrolled tank, with TI.
+- TI = 4 LAMBDA, the SIMC rule: the loop is critically damped, with two time constants of TI / 2,
+  and the zero of the controller makes the setpoint response overshoot by at most exp(-2) = 13.5 %
+  (less, because the tank has some self-regulation). A disturbance decays in a fifth of the time.
 
-The error that it takes to make up for the drain adds up to d_LMN TI / GAIN either way (of which
-exp(-t / TI) is left t after it).
+In both cases, the integral of the error that compensates for the drain is d_LMN TI / GAIN (a
+fraction exp(-t / TI) of it remains at time t after the change).
 """
 
 import math

@@ -1,22 +1,23 @@
-"""One's own block in a loop: the two-point controller TWO_POINT of examples/my_block switches the
+"""Your own block in a loop: the two-point controller TWO_POINT of examples/my_block switches the
 furnace on and off.
 
     setpoint --SP--> TWO_POINT --Q_MEAN--> POWER  HEATER --TEMP--+
                         ^                                        |
                         +------------------PV--------------------+
 
-Q is a Boolean and POWER a Real in percent: Q_MEAN, 0 or 100 % here, connects them.
+Q is a Boolean and POWER a Real in percent: Q_MEAN, here 0 or 100 %, connects them.
 
-Call order: every 100 ms TWO_POINT with the temperature of t, then the furnace with its output to t
-+ 100 ms.
+Call order: every 100 ms, TWO_POINT is called with the temperature at t, then the furnace is stepped
+to t + 100 ms with its output.
 
-The furnace has a quick sensor here (SENS_TM = 2 s). At 180 degC it holds 53.3 % of full power;
-fully on it rises with 300 K / 120 s * (1 - 0.533) = 1.17 K/s, off it falls with 1.33 K/s.
+The furnace has a fast sensor here (SENS_TM = 2 s). Holding 180 degC takes 53.3 % of full power;
+with the heating on, the temperature rises at 300 K / 120 s * (1 - 0.533) = 1.17 K/s, and with it
+off, it falls at 1.33 K/s.
 
-Theory: the output swings for ever, for the furnace goes on rising, or falling, while a switch is on
-its way: for 5 s of delay, and for up to the 2 s of the sensor. So the temperature swings over HYS
-and 5 to 7 s of both slopes, 4 K + 2.5 K/s * 5 ... 7 s = 16.5 to 21.5 K, and a period takes as long
-as this way up and down, 27 to 35 s. The mean of the power is what holds the mean of the
+Theory: the output oscillates forever, because the temperature keeps rising or falling until a
+switch takes effect: for the delay of 5 s plus up to 2 s of sensor lag. So the temperature swings
+over HYS plus 5 to 7 s of both slopes, 4 K + 2.5 K/s * 5 ... 7 s = 16.5 to 21.5 K, and a period
+lasts as long as this swing up and down, 27 to 35 s. The mean power is the power that holds the mean
 temperature.
 """
 

@@ -1,9 +1,9 @@
-//! TWO_POINT: a two-point controller, to show how one's own block becomes an FMU. Copy this folder and change it.
+//! TWO_POINT: a two-point controller that shows how to turn your own block into an FMU. Copy this folder and change it.
 //!
-//! 1. The table: every variable once, with its type, start value, range, unit and sentence.
+//! 1. The table: every variable once, with its type, start value, range, unit and description.
 //! 2. The law: what a restart does and what a call does.
 //! 3. `fmu::export!`: the C functions of FMI for this block.
-//! 4. Tests: one for each clause of the documentation.
+//! 4. Tests: one for each clause in the documentation.
 
 use blocks::{Law, Response};
 
@@ -156,13 +156,13 @@ blocks::block! {
         q_mean;
     }
     memory Memory {
-        /// Milliseconds for which Q has to stay as it is.
+        /// How long Q must still keep its state, in milliseconds.
         wait: i32;
     }
 }
 
 impl Law for TwoPoint {
-    // What the FMU's documentation page draws and its reference results record.
+    // The runs shown on the FMU's documentation page and recorded in its reference results.
     const RESPONSES: &'static [Response] = &[Response {
         title: "The process value falls below the band of 2 around 50, rises above it, and comes back into it",
         calls: 60,
@@ -179,7 +179,7 @@ impl Law for TwoPoint {
     }];
 
     fn restart(&mut self) {
-        // All outputs and the memory to 0 and FALSE.
+        // Sets all outputs and the memory to 0 and FALSE.
         self.clear();
     }
 
@@ -202,7 +202,7 @@ impl Law for TwoPoint {
         self.memory.wait = self.memory.wait.saturating_sub(self.cycle.milliseconds()).max(0);
     }
 
-    // Makes Q_MEAN. A block without a `mean` section leaves this out.
+    // The source of Q_MEAN. Omit this in a block without a `mean` section.
     fn pulse(&self) -> i32 {
         i32::from(self.q)
     }
@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn clause_4_the_output_stays_for_the_minimum_time() {
-        // 300 ms are three calls of 100 ms: on in the first, and off in the fourth at the earliest.
+        // 300 ms is three calls of 100 ms: on in the first, and off in the fourth at the earliest.
         let mut block = restarted(TwoPoint { sp: 50.0, min_tm: Time::ms(300), ..TwoPoint::default() });
         assert_eq!(switches(&mut block, &[0.0, 99.0, 99.0, 99.0, 0.0]), [true, true, true, false, false]);
     }
