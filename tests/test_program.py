@@ -516,6 +516,13 @@ END_FUNCTION_BLOCK
 """
 
 
+class Latin1(str):
+    """A string that FMPy hands over in the wrong encoding."""
+
+    def encode(self, *_):
+        return super().encode("latin-1")
+
+
 @pytest.mark.parametrize("options", [(), ("--native",)], ids=["interpreted", "native"])
 def test_texts_are_strings_that_are_set_within_their_length_kept_in_states_and_refused_by_name(build, options):
     built, folder = build(LABEL, "--cycle", "100ms", *options)
@@ -550,6 +557,7 @@ def test_texts_are_strings_that_are_set_within_their_length_kept_in_states_and_r
 
     assert "article = \"12345678901\": STRING[10] takes 10 characters, not 11" in refused("article", "12345678901")
     assert "a STRING holds only ISO 8859-1 characters, and '€' is not one of them" in refused("article", "€")
+    assert "article: the string is not UTF-8: its byte 2 is invalid" in refused("article", Latin1("Größe"))
     assert "text is computed by the block and can only be read" in refused("text", "x")
     # A character beyond 16 bits is two of a WSTRING.
     assert "note = \"😀😀😀😀a\": WSTRING[8] takes 8 characters, not 9" in refused("note", "😀😀😀😀a")

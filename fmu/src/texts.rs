@@ -52,7 +52,7 @@ impl<B: Cyclic> Instance<B> {
                 return Err(read_only(&text.name, text.role, V::PREFIX));
             }
             let given = value.ok_or_else(|| messages::no_text(&text.name))?;
-            let given = given.to_str().map_err(|_| messages::not_utf8(&text.name, given))?;
+            let given = given.to_str().map_err(|wrong| messages::not_utf8(&text.name, wrong.valid_up_to()))?;
             let units = text.ty.units(given);
             let refused = |why: String| messages::out_of_range(&text.name, &format!("{given:?}"), &why);
             checked.push((number, units.map_err(refused)?));

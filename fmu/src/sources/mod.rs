@@ -246,7 +246,7 @@ fn messages(text: &mut String, own: &[Message], rest: &str) {
         }
         let c_type = |of: &str| match of {
             "f64" => "double ",
-            "&str" | "&CStr" => "const char *",
+            "&str" => "const char *",
             "usize" => "size_t ",
             _ => "i64_t ",
         };
@@ -260,7 +260,7 @@ fn messages(text: &mut String, own: &[Message], rest: &str) {
                 "f64" => writeln!(text, "    plcfmu_say_number(text, {argument}, {});", u8::from(argument == piece)),
                 "usize" => writeln!(text, "    plcfmu_say_size(text, {argument});"),
                 "&str" if argument == piece => writeln!(text, "    plcfmu_say(text, {argument});"),
-                "&str" | "&CStr" => writeln!(text, "    plcfmu_say_quoted(text, {argument});"),
+                "&str" => writeln!(text, "    plcfmu_say_quoted(text, {argument});"),
                 _ => writeln!(text, "    plcfmu_say_whole(text, {argument});"),
             };
         }

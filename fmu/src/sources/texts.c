@@ -123,7 +123,7 @@ static plcfmu_status_t plcfmu_check_text(plcfmu_component_t *c, const plcfmu_tex
         return PLCFMU_OK;
     }
     if (size == 0) {
-        return plcfmu_say_not_utf8(&c->text, row->name, given);
+        return plcfmu_say_not_utf8(&c->text, row->name, (size_t)(at - given));
     }
     plcfmu_say_quoted(&value, given);
     if (units > row->most) {
