@@ -1,5 +1,5 @@
-//! Prints a law as C: `cargo run -p laws --example print CONT_C`; as SCL with `tia` or `step7` after the name; the law
-//! of your own block with its source files: `cargo run -p laws --example print PUMP pump/src/lib.rs`.
+//! Prints a law as C: `cargo run -p laws --example print CONT_C`, or as SCL with `tia` or `step7` after the name. For
+//! the law of your own block, add its source files: `cargo run -p laws --example print PUMP pump/src/lib.rs`.
 
 use laws::Sources;
 use scl::Dialect;

@@ -8,7 +8,7 @@ use scl::ir::{At, Base, Binary, Call, Expr, Local, Place, Scalar, Statement, Typ
 use syn::spanned::Spanned;
 use syn::{Block, Item, Pat, Stmt};
 
-/// The state while a function's body is read.
+/// The state while reading a function body.
 pub(crate) struct Body<'r, 'a> {
     pub reader: &'r mut Reader<'a>,
     pub file: usize,
@@ -19,7 +19,7 @@ pub(crate) struct Body<'r, 'a> {
     out: Vec<Statement>,
     /// Whether it has so far written only to its own locals.
     pub is_pure: bool,
-    /// The number of effects that remain even if the result is ignored.
+    /// The number of side effects so far, which remain even if the result is ignored.
     pub effects: usize,
     result: Option<Var>,
     at: At,
@@ -52,7 +52,7 @@ impl<'r, 'a> Body<'r, 'a> {
         self.reader.error(self.file, span, message)
     }
 
-    /// Reads the body of a function, whose value goes to `result`.
+    /// Reads the body of a function and stores its value in `result`.
     pub(crate) fn function(&mut self, block: &Block, result: Var) -> Result<Vec<Statement>, Error> {
         self.result = Some(result.clone());
         self.block(block, Some(&result))?;
@@ -136,7 +136,7 @@ impl<'r, 'a> Body<'r, 'a> {
         self.push(What::Assign(to, value));
     }
 
-    /// Reads a block with its own scope; its value goes to the variable, if there is one.
+    /// Reads a block with its own scope; stores its value in `to`, if given.
     pub(crate) fn block(&mut self, block: &Block, to: Option<&Var>) -> Result<(), Error> {
         self.scopes.push(Vec::new());
         self.statements(block, to)?;
@@ -198,7 +198,7 @@ impl<'r, 'a> Body<'r, 'a> {
         if let Some(var) = self.place(&init.expr)?
             && let Var::Place(_, Ty::Struct(record)) = &var
         {
-            // A struct gets another name, or its fields are copied.
+            // A struct is bound to another name, or its fields are copied.
             return match pat {
                 Pat::Ident(name) => {
                     self.bind(&name.ident.to_string(), var);
@@ -381,7 +381,7 @@ impl<'r, 'a> Body<'r, 'a> {
             return Err(self.error(to.span(), "this is not a variable"));
         };
         let Var::Place(place, Ty::Struct(record)) = &var else { return self.store(&var, from) };
-        // A struct gets all its fields at once, and they may be computed from its old ones.
+        // All fields of a struct are assigned together; new values may be computed from old ones.
         let syn::Expr::Struct(it) = from else {
             return Err(self.error(from.span(), "write a struct as Name { field: value, ... }"));
         };
@@ -417,7 +417,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(())
     }
 
-    /// Reads an `if`, whose value goes to the variable, if there is one.
+    /// Reads an `if`; stores its value in `to`, if given.
     fn branch(&mut self, it: &syn::ExprIf, to: Option<&Var>) -> Result<(), Error> {
         let at = self.at;
         self.scopes.push(Vec::new());

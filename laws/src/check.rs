@@ -1,5 +1,6 @@
-//! Reads why a block refuses settings. `Law::check` returns a text, which a typed program does not have: it is read as
-//! a function that returns the number of the refusal and the numbers in its message; the messages are kept separately.
+//! Reads the check that rejects a block's settings. `Law::check` returns a string, which typed programs lack. It is
+//! therefore read as a function that returns the number of the message and the numbers in it; the messages are kept
+//! separately.
 
 use crate::item::Function;
 use crate::reader::Reader;
@@ -18,21 +19,21 @@ pub const NUMBERS: usize = 4;
 /// The check of a block's settings.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// The index of the function that writes `refusal`, from 1 or 0 for none, and `refusal_1` and so on, the numbers in
-    /// its message.
+    /// The index of the function that writes `refusal`, the number of the message from 1 (0 for none), and `refusal_1`
+    /// and so on, the numbers in the message.
     pub function: usize,
-    /// The messages. The character 1 stands for a number formatted with `{}`, the character 2 for one formatted with
+    /// The messages. The character U+0001 stands for a number formatted with `{}`, U+0002 for one formatted with
     /// `{:?}`.
     pub messages: Vec<String>,
 }
 
-/// The members of the memory that the check writes.
+/// The members of memory that the check writes.
 pub(crate) fn members() -> impl Iterator<Item = (String, Type)> {
     let number = |number| (format!("refusal_{number}"), Type::Scalar(Scalar::F64));
     std::iter::once(("refusal".to_string(), Type::Scalar(Scalar::I32))).chain((1..=NUMBERS).map(number))
 }
 
-/// The function in the block that checks it, and the messages.
+/// The block's check function, and its messages.
 pub(crate) struct Refusals {
     function: usize,
     messages: Vec<String>,
@@ -61,7 +62,7 @@ impl Reader<'_> {
         Ok(Some(Refusals { function, messages: rewrite.messages }))
     }
 
-    /// Adds a function without parameters that checks the block in the memory, whose last members are [`members`].
+    /// Adds a function without parameters that checks the block in memory, whose last members are [`members`].
     pub(crate) fn check(&mut self, file: usize, table: &Table, refusals: Refusals) -> Check {
         let Refusals { function, messages } = refusals;
         let first = self.program.records[self.program.memory].members.len() - 1 - NUMBERS;

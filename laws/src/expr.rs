@@ -41,7 +41,7 @@ impl Body<'_, '_> {
         })
     }
 
-    /// Reads an expression; a literal takes the wanted type.
+    /// Reads an expression; a literal takes the expected type.
     pub(crate) fn value(&mut self, expr: &syn::Expr, want: Option<&Ty>) -> Result<Val, Error> {
         if let Some(var) = self.place(expr)? {
             return Ok(var.load());
@@ -360,7 +360,7 @@ impl Body<'_, '_> {
         })
     }
 
-    /// Reads `if` as a number: a selection if no branch has effects.
+    /// Reads `if` as a number: a selection if no branch has side effects.
     fn select(&mut self, expr: &syn::Expr, it: &ExprIf, want: Option<&Ty>) -> Result<Val, Error> {
         let ty = match want.filter(|want| want.is_known()) {
             Some(want) => want.clone(),
@@ -420,7 +420,7 @@ impl Body<'_, '_> {
     }
 }
 
-/// The integer type for a literal where this type is wanted.
+/// The integer type for a literal where this type is expected.
 fn open_integer(want: &Ty) -> Option<Scalar> {
     want.kept().filter(|it| it.is_integer())
 }

@@ -99,7 +99,8 @@ impl Items {
         Ok(())
     }
 
-    /// The function of a name as visible in a file: from the library, the file itself, or the only one elsewhere.
+    /// The function with this name, as visible in a file: from the library, from the file itself, or the only one
+    /// elsewhere.
     pub(crate) fn function(&self, sources: &Sources, owner: Option<&str>, name: &str, from: usize) -> Option<usize> {
         let named = |it: &Function| it.owner.as_deref() == owner && it.signature.ident == name;
         let all: Vec<usize> = (0..self.functions.len()).filter(|number| named(&self.functions[*number])).collect();
@@ -109,7 +110,7 @@ impl Items {
         all.iter().find(of_library).or_else(|| all.iter().find(own)).or_else(only).copied()
     }
 
-    /// The constant of a name as visible in a file.
+    /// The constant with this name, as visible in a file.
     pub(crate) fn constant(&self, owner: Option<&str>, name: &str, from: usize) -> Option<&Constant> {
         let named = |it: &&Constant| it.owner.as_deref() == owner && it.name == name;
         let mut all = self.constants.iter().filter(named);

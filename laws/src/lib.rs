@@ -1,9 +1,9 @@
-//! Reads laws of blocks, written in Rust, as typed programs, which `scl`'s machine can run and which can be printed as
-//! C and SCL.
+//! Reads block laws written in Rust as typed programs, which `scl`'s machine can run and which can be printed as C and
+//! SCL.
 //!
-//! The law in Rust remains the only one. Its table, its methods and the functions they call are read: `if`, `let`,
-//! `match`, `while`, arithmetic, conversions, inner blocks. Anything else is an [`Error`] with file, line and column.
-//! Names, order and comments are kept.
+//! The law in Rust remains the only definition. A law consists of its table, its methods and the functions they call,
+//! which may use `if`, `let`, `match`, `while`, arithmetic, conversions and inner blocks. Anything else is an [`Error`]
+//! with file, line and column. Names, order and comments are kept.
 //!
 //! Numbers agree with Rust to the last bit, with two exceptions, in which a law panics in Rust and not here: integer
 //! overflow wraps, and the quotient of an integer and 0 is 0. All NaNs are equivalent, whatever their bits.
@@ -60,7 +60,7 @@ impl Law {
     /// Prints the law as the source of a function block with the block's name and interface.
     ///
     /// # Errors
-    /// The dialect cannot express a part of it, which the message names.
+    /// The dialect cannot express part of it; the message states which.
     pub fn scl(&self, dialect: Dialect) -> Result<String, String> {
         let functions = &self.program.functions;
         let method = |name: &str| functions.iter().position(|it| it.name == format!("{}.{name}", self.name));
@@ -72,15 +72,15 @@ impl Law {
 /// Reads the law of the block with this name in its table.
 ///
 /// # Errors
-/// The law uses something unknown; the error gives the location.
+/// The law uses something unsupported; the error states the location.
 pub fn read(sources: &Sources, block: &str) -> Result<Law, Error> {
     reader::law(sources, block, false)
 }
 
-/// Reads a law with everything that a host needs: the check of the settings, and the pulse between two calls.
+/// Reads a law with everything that a host needs: the settings check, and the pulse between two calls.
 ///
 /// # Errors
-/// The law uses something unknown; the error gives the location.
+/// The law uses something unsupported; the error states the location.
 pub fn read_whole(sources: &Sources, block: &str) -> Result<Law, Error> {
     reader::law(sources, block, true)
 }

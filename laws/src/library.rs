@@ -1,5 +1,5 @@
-// Numbers of Rust that need more than one operation of the typed program. This file is read like a law; a test compares it with
-// what Rust does.
+// Rust's number functions that need more than one operation of the typed program. This file is read like a law; a test
+// compares it with Rust.
 
 /// The greater number; the other one if one is not a number.
 pub(crate) fn max_real(a: Real, b: Real) -> Real {

@@ -1,12 +1,12 @@
-//! Adds the laws of blocks to programs that have instances of them.
+//! Adds block laws to programs with instances of those blocks.
 
 use crate::{Sources, read};
 use scl::ir::{Body, Program};
 
-/// The program with the laws of the blocks it has instances of, so that it can be printed as C.
+/// The program with the laws of its native blocks, so that it can be printed as C.
 ///
 /// # Errors
-/// The law of a block uses something unknown; the message gives the location.
+/// The law of a block uses something unsupported; the message states the location.
 pub fn with_laws(program: &Program) -> Result<Program, String> {
     let mut linked = program.clone();
     let sources = Sources::of_blocks();

@@ -27,7 +27,7 @@ impl Body<'_, '_> {
                 if name == "is_none" { overflows } else { Expr::Unary(Unary::Not, Scalar::Bool, Box::new(overflows)) };
             return Ok(Val::Number(value, Ty::BOOL));
         }
-        // A literal receiver takes the wanted type.
+        // A literal receiver takes the expected type.
         let receiver = self.value(&it.receiver, None)?;
         let receiver = match receiver {
             Val::Number(_, Ty::Float | Ty::Integer) => {

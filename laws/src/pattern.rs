@@ -8,7 +8,7 @@ use syn::spanned::Spanned;
 use syn::{ExprMatch, Pat};
 
 impl Body<'_, '_> {
-    /// Reads `match`, whose value goes to the variable, if there is one. The last arm takes whatever the others leave.
+    /// Reads a `match`; stores its value in `to`, if given. The last arm handles whatever the others do not.
     pub(crate) fn choose(&mut self, it: &ExprMatch, to: Option<&Var>) -> Result<(), Error> {
         let value = self.value(&it.expr, None)?;
         let value = self.fixed(value);

@@ -15,14 +15,14 @@ use std::collections::BTreeMap;
 use syn::spanned::Spanned;
 use syn::{FnArg, Pat, ReturnType};
 
-/// The input, and the program made from it so far.
+/// The input, and the program built from it so far.
 pub(crate) struct Reader<'a> {
     pub sources: &'a Sources,
     pub items: &'a Items,
     pub program: Program,
     /// For each record, the Rust names and types of its fields, in member order.
     pub fields: BTreeMap<usize, Vec<(String, Ty)>>,
-    /// The records of blocks and of their memories, by struct name; a memory's name includes that of its block.
+    /// The records of blocks and of their memories, by struct name; a memory's name includes the name of its block.
     records: BTreeMap<String, usize>,
     /// The functions converted so far, by item index; `None` while being converted.
     made: BTreeMap<usize, Option<usize>>,
@@ -189,7 +189,7 @@ impl Reader<'_> {
         if let Some(record) = self.records.get(&ident) {
             return Ok(*record);
         }
-        // For each member: its name here, its Rust name, its type, its description, its start value.
+        // For each member: its name in the program, its Rust name, its type and its description.
         let mut members: Vec<(String, String, Ty, String)> = Vec::new();
         let mut starts = Vec::new();
         for row in &table.rows {
@@ -291,7 +291,7 @@ impl Reader<'_> {
         self.records.iter().find(|(_, number)| **number == record).map(|(name, _)| name.clone())
     }
 
-    /// A function without parameters that calls a method of the block in the memory.
+    /// A function without parameters that calls a method of the block in memory.
     fn entry(&mut self, file: usize, table: &Table, method: &str) -> Result<usize, Error> {
         let owner = table.ident.to_string();
         let instance = Place::new(Base::Memory).member(0);
@@ -305,13 +305,13 @@ impl Reader<'_> {
         Ok(self.add_entry(if method == "call" { "cycle" } else { method }, body))
     }
 
-    /// A function without parameters that updates the pulse of the block in the memory.
+    /// A function without parameters that updates the pulse of the block in memory.
     fn pulse(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
         let body = vec![Statement { at: self.at(file, table.ident.span()), what: self.pulse_of(file, table)? }];
         Ok(self.add_entry("pulse", body))
     }
 
-    /// The statement that updates the pulse, which follows the block in the memory.
+    /// The statement that updates the pulse, which follows the block in memory.
     fn pulse_of(&mut self, file: usize, table: &Table) -> Result<What, Error> {
         let pulse = Place::new(Base::Memory).member(1);
         let Some(item) = self.items.function(self.sources, Some(&table.ident.to_string()), "pulse", file) else {
@@ -323,7 +323,7 @@ impl Reader<'_> {
         Ok(What::Call(Call { function, instance, arguments: Vec::new(), outputs: vec![(result, pulse)] }))
     }
 
-    /// Adds a function that a host calls.
+    /// Adds a function for the host to call.
     pub(crate) fn add_entry(&mut self, name: &str, body: Vec<Statement>) -> usize {
         self.program.functions.push(typed::Function {
             name: name.to_string(),
@@ -486,7 +486,7 @@ fn upper(name: &syn::Ident) -> String {
     name.to_string().to_uppercase()
 }
 
-/// The Rust number type of this name.
+/// The Rust number type with this name.
 pub(crate) fn number(name: &str) -> Option<Scalar> {
     Some(match name {
         "bool" => Scalar::Bool,
@@ -504,13 +504,13 @@ pub(crate) fn number(name: &str) -> Option<Scalar> {
     })
 }
 
-/// The names of types in a path that belongs to a type.
+/// The type in a path such as `Type::item`.
 pub(crate) fn owner_of(path: &syn::Path) -> Option<String> {
     let count = path.segments.len();
     (count >= 2).then(|| path.segments[count - 2].ident.to_string())
 }
 
-/// Whether a place is, or is part of, an object that a function works on rather than its own local.
+/// Whether a place is outside the function's own locals.
 pub(crate) fn is_outside(place: &Place) -> bool {
     !matches!(place.base, Base::Local(_))
 }

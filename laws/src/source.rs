@@ -35,14 +35,14 @@ impl Sources {
         sources
     }
 
-    /// Adds a file, for example that of your own block.
+    /// Adds a file, for example the source of your own block.
     pub fn add(&mut self, path: impl Into<String>, text: impl Into<String>) {
         self.files.push(File { path: path.into(), text: text.into() });
     }
 }
 
 impl File {
-    /// The comments on separate lines directly before a line, which is counted from 1.
+    /// The comments on separate lines directly before a line (counted from 1).
     pub(crate) fn comments_before(&self, line: usize) -> Vec<String> {
         let lines: Vec<&str> = self.text.lines().take(line.saturating_sub(1)).collect();
         let mut comments: Vec<String> = lines.iter().rev().map_while(|line| comment(line.trim())).collect();
@@ -50,7 +50,7 @@ impl File {
         comments
     }
 
-    /// The comment that follows the code of a line, which is counted from 1, at or after a column.
+    /// The comment after the code on a line (counted from 1), at or after a column.
     pub(crate) fn comment_behind(&self, line: usize, column: usize) -> Option<String> {
         let rest: String = self.text.lines().nth(line.checked_sub(1)?)?.chars().skip(column).collect();
         comment(rest.trim_start_matches([';', ',']).trim())
@@ -63,7 +63,7 @@ fn comment(line: &str) -> Option<String> {
     (!text.starts_with(['/', '!'])).then(|| text.trim().to_string())
 }
 
-/// An error in a law that cannot be read.
+/// The reason why a law cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     /// The file.
@@ -72,7 +72,7 @@ pub struct Error {
     pub line: usize,
     /// The column, from 1.
     pub column: usize,
-    /// The unknown construct, and the remedy.
+    /// The unsupported construct, and the remedy.
     pub message: String,
 }
 

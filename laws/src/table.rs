@@ -64,7 +64,7 @@ pub(crate) fn docs(attributes: &[Attribute]) -> Vec<Doc> {
     attributes.iter().filter_map(of).collect()
 }
 
-/// The first lines of a documentation, up to an empty one.
+/// The first lines of the documentation, up to an empty one.
 pub(crate) fn short(docs: &[Doc]) -> String {
     let line = |doc: &Doc| match doc {
         Doc::Line(line) if !line.is_empty() => Some(line.clone()),

@@ -102,7 +102,7 @@ pub(crate) enum Val {
     Tuple(Vec<Val>),
     /// `Some`, or `None`.
     Option(Option<Box<Val>>),
-    /// A rounded floating-point number, which only a conversion accepts.
+    /// A rounded floating-point number, which can only be converted.
     Rounded(Convert, Expr, Scalar),
     /// The ordering of two numbers.
     Compared(Expr, Expr, Scalar),
@@ -116,7 +116,7 @@ pub(crate) enum Var {
     /// A number or a struct.
     Place(Place, Ty),
     Tuple(Vec<Var>),
-    /// The place of a flag whether there is a value, and the value.
+    /// The place of a flag that is true if there is a value, and the value.
     Option(Place, Box<Var>),
 }
 

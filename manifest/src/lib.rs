@@ -1,8 +1,8 @@
-//! How a PLC program is built from its sources: one type for the options of the command, the descriptions of loops, the
-//! messages of the parameter tool and the resources of an FMU.
+//! How a PLC program is built from its sources: one type shared by command options, loop descriptions, messages of the
+//! parameter tool and FMU resources.
 //!
-//! - `written`: with serde, as loops and messages have it; keys are named after the options of `plcfmu build`.
-//! - `text`: the lines `KEY = VALUE` in an FMU's resources, from which its GUID is formed.
+//! - `written`: the serde form used in loops and messages; keys are named after the options of `plcfmu build`.
+//! - `text`: the `KEY = VALUE` lines in an FMU's resources, on which its GUID is based.
 
 mod text;
 #[cfg(feature = "serde")]
@@ -13,7 +13,7 @@ use parameters::tags::{self, Declared, Tag};
 use std::path::PathBuf;
 pub use text::FILE;
 
-/// The CPU whose rules hold.
+/// The CPU whose rules apply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cpu {
     /// S7-300 and S7-400.
@@ -28,7 +28,7 @@ pub enum Cpu {
 const CPUS: [(&str, Cpu); 4] = [("300", Cpu::S7300), ("400", Cpu::S7300), ("1200", Cpu::S71200), ("1500", Cpu::S71500)];
 
 impl Cpu {
-    /// The name of its family: `300` for S7-400, too.
+    /// The name of its family: `300` also for S7-400.
     pub fn name(self) -> &'static str {
         CPUS.iter().find(|(_, cpu)| *cpu == self).map_or("", |(name, _)| name)
     }
@@ -47,56 +47,56 @@ impl std::str::FromStr for Cpu {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct Manifest {
-    /// The name of the FMU, an identifier of C; by default that of the block.
+    /// The name of the FMU, a C identifier; by default the name of the block.
     pub name: Option<String>,
-    /// The sources, in order; names of files beside it in the resources of an FMU.
+    /// The sources, in order; in the resources of an FMU, the names of files in the same folder.
     #[cfg_attr(feature = "typescript", ts(skip))]
     pub sources: Vec<PathBuf>,
-    /// The time between two calls in milliseconds, at least 1; a message has a number of seconds, a file a text with a unit. An FMU
-    /// needs one.
+    /// The time between two calls in milliseconds, at least 1: a number of seconds in a message, a string with a unit
+    /// in a file. Required for an FMU.
     pub cycle: Option<u32>,
-    /// The block to run, or the data block with its instance; by default the block that no other block uses.
+    /// The block to run, or its instance data block; by default the block that no other block uses.
     #[cfg_attr(feature = "typescript", ts(rename = "run"))]
     pub block: Option<String>,
-    /// The CPU, `300`, `1200` or `1500`; by default that of the sources' dialect.
+    /// The CPU, `300`, `1200` or `1500`; by default the one implied by the sources' dialect.
     #[cfg_attr(feature = "typescript", ts(as = "Option<String>"))]
     pub cpu: Option<Cpu>,
-    /// The most statements in a call; by default a million.
+    /// The maximum number of statements per call; one million by default.
     pub budget: Option<u32>,
-    /// Inputs that are tunable parameters.
+    /// Inputs to expose as tunable parameters.
     pub parameters: Vec<String>,
-    /// Parameters and locals that are inputs.
+    /// Parameters and locals to expose as inputs.
     pub inputs: Vec<String>,
-    /// Locals that are outputs.
+    /// Locals to expose as outputs.
     pub outputs: Vec<String>,
-    /// The calls that replace that of a single block: organization blocks, functions, instances.
+    /// The calls to make instead of running a single block: organization blocks, functions, instances.
     #[cfg_attr(feature = "typescript", ts(skip))]
     pub calls: Vec<Task>,
-    /// Names that no source declares, and their types: PLC tags and instances. The first of a name counts.
+    /// Names that no source declares, and their types: PLC tags and instances. The first entry for a name wins.
     #[cfg_attr(feature = "typescript", ts(rename = "tags", as = "Vec<(String, String)>"))]
     pub declared: Vec<Tag>,
     /// Constants that no source declares, and their values as literals.
     pub constants: Vec<(String, String)>,
-    /// Blocks of which only the interface is used: their inputs are outputs, and their outputs inputs.
+    /// Blocks reduced to their interface: their inputs become outputs, and their outputs inputs.
     #[cfg_attr(feature = "typescript", ts(skip))]
     pub stubs: Vec<String>,
 }
 
-/// Something that is called at times.
+/// A periodic call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Task {
-    /// The name of the organization block, of the function, of the function block, or of the data block with its instance.
+    /// The name of the organization block, function, function block or instance data block.
     pub name: String,
     /// The time between two calls in ms; 0 for every cycle.
     pub period: u32,
 }
 
 impl Manifest {
-    /// Sets the calls and the time between two of each: one for all, or one for each in their order. The cycle is the greatest
-    /// common divisor of the periods; without any, it stays open.
+    /// Sets the calls and their periods: one period for all, or one for each in order. The cycle becomes the greatest
+    /// common divisor of the periods; without periods, it is left unset.
     ///
     /// # Errors
-    /// There are neither one nor as many cycles as calls.
+    /// There is more than one period, but not one for each call.
     pub fn set_calls(&mut self, calls: Vec<String>, cycles: &[u32]) -> Result<(), String> {
         if cycles.len() > 1 && cycles.len() != calls.len() {
             return Err(format!(
@@ -124,10 +124,10 @@ impl Manifest {
     }
 }
 
-/// The milliseconds of a text such as `100ms`, `0.5s` or `1m30s`.
+/// Parses a duration such as `100ms`, `0.5s` or `1m30s`; returns milliseconds.
 ///
 /// # Errors
-/// It is no duration, not a whole number of milliseconds, less than 1 of them, or longer than 24 days.
+/// The string is not a duration, not a whole number of milliseconds, shorter than 1 ms or longer than 24 days.
 pub fn milliseconds(text: &str) -> Result<u32, String> {
     let nanoseconds =
         literal::duration(text, 1).map_err(|_| format!("{text:?} is not a duration: write 2s, 100ms or 1m30s"))?;
@@ -139,10 +139,10 @@ pub fn milliseconds(text: &str) -> Result<u32, String> {
     })
 }
 
-/// A tag: `Start : Bool`, `"Level" AT %IW64 : Int // unit: mm`.
+/// Parses a tag: `Start : Bool`, `"Level" AT %IW64 : Int // unit: mm`.
 ///
 /// # Errors
-/// The text is not a tag, or is a constant.
+/// The string is not a tag, or is a constant.
 pub fn tag(text: &str) -> Result<Tag, String> {
     match tags::declaration(text) {
         Ok(Declared::Tag(tag)) => Ok(tag),
@@ -153,18 +153,18 @@ pub fn tag(text: &str) -> Result<Tag, String> {
     }
 }
 
-/// A name and its type: `Start : Bool`.
+/// Parses a name and its type: `Start : Bool`.
 ///
 /// # Errors
-/// One of both is missing.
+/// One of the two is missing.
 pub fn declaration(text: &str) -> Result<(String, String), String> {
     halves(text, ':').ok_or_else(|| format!("{text:?}: write a name, a colon and a type: Start : Bool"))
 }
 
-/// A name and its value: `MAX=5`.
+/// Parses a name and its value: `MAX=5`.
 ///
 /// # Errors
-/// One of both is missing.
+/// One of the two is missing.
 pub fn constant(text: &str) -> Result<(String, String), String> {
     halves(text, '=').ok_or_else(|| format!("{text:?}: write a name, an equals sign and a value: MAX=5"))
 }
@@ -175,7 +175,7 @@ fn halves(text: &str, between: char) -> Option<(String, String)> {
     Some((half(name), half(value))).filter(|(name, value)| !name.is_empty() && !value.is_empty())
 }
 
-/// A name without blanks and quotation marks around it.
+/// A name without surrounding blanks and quotation marks.
 pub fn unquoted(name: &str) -> &str {
     name.trim().trim_matches('"')
 }

@@ -1,9 +1,9 @@
-//! The lines `KEY = VALUE` in the resources of an FMU.
+//! The `KEY = VALUE` lines in the resources of an FMU.
 
 use crate::{Manifest, Task, tag};
 use std::fmt;
 
-/// The file in the resources.
+/// The name of the file in the resources.
 pub const FILE: &str = "program.txt";
 
 /// Its first line.
@@ -13,7 +13,7 @@ impl Manifest {
     /// Reads the text that [`fmt::Display`] writes.
     ///
     /// # Errors
-    /// The line that is not one of such a text.
+    /// The first line that does not belong to such a text.
     pub fn parse(text: &str) -> Result<Manifest, String> {
         let mut lines = text.lines();
         if lines.next() != Some(FIRST) {
@@ -28,7 +28,7 @@ impl Manifest {
             let number = || value.parse().map_err(|_| wrong());
             match key {
                 "name" => manifest.name = Some(value.into()),
-                // Only files beside this one are read.
+                // Only files in the same folder are read.
                 "source" if !value.contains(['/', '\\', ':']) && !value.starts_with('.') => {
                     manifest.sources.push(value.into());
                 }

@@ -1,5 +1,5 @@
-//! A manifest with serde: `{ sources = ["machine.scl"], cycle = "100ms", tags = ["Start : Bool"] }`. What may be repeated is one
-//! value or a list; a key is plural, or singular as the option of the command is.
+//! Reads and writes a manifest with serde: `{ sources = ["machine.scl"], cycle = "100ms", tags = ["Start : Bool"] }`.
+//! An entry that may be repeated is one value or a list; its key is plural or, like the command's option, singular.
 
 use crate::{Cpu, Manifest, constant, declaration, milliseconds, tag, unquoted};
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
@@ -16,7 +16,7 @@ struct Written {
     name: Many<String>,
     #[serde(skip_serializing_if = "Many::is_empty")]
     sources: Many<PathBuf>,
-    /// For all calls, or for each.
+    /// One for all calls, or one for each.
     #[serde(skip_serializing_if = "Many::is_empty", serialize_with = "short")]
     cycle: Many<Cycle>,
     #[serde(alias = "call", skip_serializing_if = "Many::is_empty")]
@@ -75,7 +75,7 @@ impl Serialize for Manifest {
         let cycle = self.cycle.unwrap_or_default();
         let mut cycles: Vec<u32> =
             self.calls.iter().map(|task| if task.period == 0 { cycle } else { task.period }).collect();
-        // One is enough for calls in every cycle.
+        // One is enough if all calls run in every cycle.
         if cycles.iter().all(|period| *period == cycle) {
             cycles = self.cycle.into_iter().collect();
         }
@@ -113,7 +113,7 @@ impl<T> Many<T> {
         self.0.is_empty()
     }
 
-    /// The value, if there is one.
+    /// The value, if any; several values are an error.
     fn only(self, key: &str) -> Result<Option<T>, String> {
         match self.0.len() {
             0 | 1 => Ok(self.0.into_iter().next()),
@@ -124,20 +124,20 @@ impl<T> Many<T> {
 
 /// A value of a manifest.
 trait Item: Sized {
-    /// Parses a text, or the text of a number.
+    /// Parses a string, or a number written as a string.
     fn from_text(text: &str) -> Result<Self, String>;
 
-    /// The meaning of a number.
+    /// Converts a number.
     fn from_number(number: f64) -> Result<Self, String> {
         Self::from_text(&number.to_string())
     }
 
-    /// The meaning of a pair of a name and another value in its own list.
+    /// Converts a list of a name and another value.
     fn from_pair(_name: String, _of: String) -> Option<Self> {
         None
     }
 
-    /// The text that it is read from.
+    /// The string that it is read from.
     fn text(&self) -> String;
 }
 
@@ -185,7 +185,7 @@ impl Item for Cycle {
         milliseconds(text).map(Cycle)
     }
 
-    /// Seconds.
+    /// Converts a number of seconds.
     fn from_number(seconds: f64) -> Result<Cycle, String> {
         let milliseconds = (seconds * 1000.0).round();
         if !(1.0..=f64::from(i32::MAX)).contains(&milliseconds) || (milliseconds / 1000.0 - seconds).abs() >= 1e-9 {
@@ -258,7 +258,7 @@ impl<T: Item> Serialize for Many<T> {
     }
 }
 
-/// One value without brackets.
+/// Writes a single value without brackets.
 fn short<T: Item, S: Serializer>(values: &Many<T>, serializer: S) -> Result<S::Ok, S::Error> {
     match values.0.as_slice() {
         [only] => serializer.serialize_str(&only.text()),
@@ -268,7 +268,7 @@ fn short<T: Item, S: Serializer>(values: &Many<T>, serializer: S) -> Result<S::O
 
 /// Reads a value of a manifest; a list of values yields several.
 struct Read<T> {
-    /// Whether it is inside of a list: a list there is a pair.
+    /// Whether it is inside a list, where another list is a pair.
     is_item: bool,
     of: PhantomData<T>,
 }

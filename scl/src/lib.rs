@@ -1,5 +1,5 @@
 //! Parses, checks and runs PLC programs in SCL, LAD and FBD as S7-300, S7-400, S7-1200 and S7-1500 execute them. The
-//! README shows the way of a program through the folders.
+//! README describes the path of a program through the folders.
 
 mod check;
 mod compile;

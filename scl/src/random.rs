@@ -1,11 +1,11 @@
-//! Random numbers that are identical on every machine: for the tapes of [`prove`](crate::prove), and for tests of laws.
+//! Random numbers that are the same on every machine, for the tapes of [`prove`](crate::prove) and for tests of laws.
 
 /// The generator SplitMix64 (Steele, Lea, Flood).
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
 impl Random {
-    /// Starts the sequence of a seed.
+    /// Starts the sequence for a seed.
     pub fn new(seed: u64) -> Random {
         Random(seed)
     }

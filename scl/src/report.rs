@@ -3,7 +3,7 @@
 use crate::front::lexer::Span;
 use parameters::{Problem, Problems, Remedy, Source};
 
-/// The maximum number of errors shown for a program, and of warnings.
+/// The maximum number of errors shown for a program, and likewise of warnings.
 const MOST: usize = 1000;
 
 /// Errors and warnings found in the sources of a program.
@@ -11,7 +11,7 @@ const MOST: usize = 1000;
 pub struct Report {
     errors: Vec<Finding>,
     warnings: Vec<Finding>,
-    /// Names for parts of files in which line numbers say little: a block, a network, an element.
+    /// Names for parts of files in which line numbers are of little use: a block, a network, an element.
     places: Vec<(Span, String)>,
 }
 
@@ -29,7 +29,7 @@ impl Report {
         self.error_with(span, message, help.map(Remedy::from));
     }
 
-    /// Adds an error with a remedy other than a sentence.
+    /// Adds an error with any kind of remedy.
     pub fn error_with(&mut self, span: Span, message: impl Into<String>, help: Option<Remedy>) {
         add(&mut self.errors, span, message.into(), help);
     }
@@ -39,17 +39,17 @@ impl Report {
         add(&mut self.warnings, span, message.into(), help.map(Remedy::from));
     }
 
-    /// Prefixes messages about this span, or a part of it, with the name of a place.
+    /// Prefixes messages about this span, or part of it, with the name of a place.
     pub fn locate(&mut self, span: Span, place: String) {
         self.places.push((span, place));
     }
 
-    /// Forgets the errors in these bytes.
+    /// Discards the errors that start in this span.
     pub fn forget(&mut self, span: Span) {
         self.errors.retain(|finding| !span.holds(finding.span));
     }
 
-    /// The first error in these bytes.
+    /// The first error that starts in this span.
     pub fn first_error(&self, span: Span) -> Option<&str> {
         let found = self.errors.iter().filter(|finding| span.holds(finding.span));
         found.min_by_key(|finding| finding.span.start).map(|finding| finding.message.as_str())
@@ -67,8 +67,8 @@ impl Report {
 
     /// The errors and the warnings, by source.
     pub fn problems(mut self, sources: &[Source]) -> (Vec<Problems>, Vec<Problems>) {
-        // The innermost place around a finding is the last in this order that starts before it and does not end before
-        // it.
+        // In this order, the innermost place around a finding is the last one that starts before it and does not end
+        // before it.
         self.places.sort_by_key(|(span, _)| (span.file, span.start, std::cmp::Reverse(span.end)));
         for finding in self.errors.iter_mut().chain(&mut self.warnings) {
             let before = self

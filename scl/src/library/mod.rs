@@ -1,5 +1,5 @@
-//! What every program may use without declaring it: timers, counters, edge detection and text functions, written in SCL.
-//! Gives their source, their names, and the laws of the blocks of `blocks` by name.
+//! What every program may use without declaring it: timers, counters, edge detection and string functions, written in
+//! SCL, and the blocks of the `blocks` crate. Provides the library source and looks blocks up by name.
 
 use crate::check::compiler::{BlockId, Compiler, Global, Interface, Operand, Parameter, Slot, State, Symbol};
 use crate::check::types::{Elementary, Type};
@@ -16,34 +16,34 @@ use std::sync::LazyLock;
 /// The file name of the library in a program.
 pub(crate) const FILE: &str = "the library";
 
-/// The groups of the library's blocks, as its sources name them.
+/// The groups of library blocks, as named in the library sources.
 const TIMERS: &str = "TIMERS";
 const COUNTERS: &str = "COUNTERS";
-/// Text functions, each for STRING and for WSTRING.
+/// String functions, each for STRING and for WSTRING.
 const TEXTS: &str = "TEXTS";
-/// Functions of dates and bits.
+/// Date and bit functions.
 const FUNCTIONS: &str = "FUNCTIONS";
 /// Functions called like the user's own, with all parameters named.
 const FCS: &str = "FCS";
 /// Internal functions, used to implement others.
 const INNER: &str = "INNER";
 
-/// A function or function block of the library.
+/// A library function or function block.
 struct LibraryBlock {
     name: String,
-    /// The name without its variant: TON of TON_LTIME.
+    /// The name without its variant: TON for TON_LTIME.
     family: &'static str,
     group: &'static str,
 }
 
 impl LibraryBlock {
-    /// The end of its name: `_LTIME` of TON_LTIME, nothing of TON.
+    /// The suffix of its name: `_LTIME` for TON_LTIME, empty for TON.
     fn variant(&self) -> &str {
         &self.name[self.family.len()..]
     }
 }
 
-/// The text of the library, and its blocks.
+/// The source text of the library, and its blocks.
 static LIBRARY: LazyLock<(String, Vec<LibraryBlock>)> = LazyLock::new(|| {
     let (mut text, mut blocks) = (String::new(), Vec::new());
     let paragraphs =
@@ -68,14 +68,15 @@ static LIBRARY: LazyLock<(String, Vec<LibraryBlock>)> = LazyLock::new(|| {
     (text, blocks)
 });
 
-/// The text with a word for each placeholder, or nothing where words are missing.
+/// The text with each placeholder replaced by a word, or removed if there are not enough words.
 fn variant(text: &str, placeholders: &str, words: &str) -> String {
     let words = words.split(' ').chain(std::iter::repeat(""));
     let pairs = placeholders.split_whitespace().zip(words);
     pairs.fold(text.to_string(), |text, (placeholder, word)| text.replace(placeholder, word))
 }
 
-/// The library as a source: timers for TIME and LTIME, counters for all integer types, text functions for both widths.
+/// The library as a source: timers for TIME and LTIME, counters for all integer types, string functions for both
+/// widths.
 pub(crate) fn source() -> Source {
     Source::new(FILE, LIBRARY.0.clone().into_bytes())
 }
@@ -88,17 +89,17 @@ fn is_in(group: &str, name: &str) -> bool {
     block(name).is_some_and(|block| block.group == group)
 }
 
-/// Whether this is the name of a timer of the library.
+/// Whether this is the name of a library timer.
 pub(crate) fn is_timer(name: &str) -> bool {
     is_in(TIMERS, name)
 }
 
-/// Whether this is the name of a text function, whatever the width of its characters.
+/// Whether this is the name of a string function, for either character width.
 pub(crate) fn is_text(name: &str) -> bool {
     LIBRARY.1.iter().any(|block| block.group == TEXTS && block.family == name)
 }
 
-/// Whether this is the name of a function of dates or bits.
+/// Whether this is the name of a date or bit function.
 pub(crate) fn is_function(name: &str) -> bool {
     is_in(FUNCTIONS, name)
 }
@@ -108,7 +109,7 @@ pub(crate) fn is_inner(name: &str) -> bool {
     is_in(INNER, name)
 }
 
-/// Defines the constants that a block of the library uses.
+/// Defines the constants used in a library block.
 pub(crate) fn constants(cpu: Cpu, name: &str, symbols: &mut HashMap<String, Symbol>) {
     let mut add = |name: &str, of: Elementary, value: i128| {
         let value = Operand::Value(of, crate::ir::Expr::Const(Value::new(of.scalar(), value as u64)));
@@ -124,7 +125,7 @@ pub(crate) fn constants(cpu: Cpu, name: &str, symbols: &mut HashMap<String, Symb
     }
 }
 
-/// The name in the library of a block that has another one in STEP 7 or as a generic type.
+/// The library name of a block that has another name in STEP 7 or as a generic type.
 fn alias(name: &str) -> &str {
     match name {
         "IEC_TIMER" => "TON",
@@ -150,32 +151,32 @@ fn alias(name: &str) -> &str {
     }
 }
 
-/// The block of the library that a type name denotes.
+/// The library block that a type name denotes.
 fn named(name: &str) -> Option<&'static LibraryBlock> {
     let name = alias(name);
     let timer = name.strip_suffix("_TIME").and_then(block).filter(|of| of.group == TIMERS && of.variant().is_empty());
     timer.or_else(|| block(name)).or_else(|| block(&format!("{name}_INT")))
 }
 
-/// Whether a name is a system block or type.
+/// Whether a name denotes a system block or type.
 pub(crate) fn is_system(name: &str) -> bool {
     let name = key(name);
     named(&name).is_some() || natives().iter().any(|native| native.eq_ignore_ascii_case(&name))
 }
 
-/// Whether a name is a function called like the user's own.
+/// Whether a name denotes a function called like the user's own.
 pub(crate) fn is_block(name: &str) -> bool {
     is_in(FCS, alias(name))
 }
 
-/// Whether a name is a kind of timer or counter that a variable of a generic type may be called as.
+/// Whether a name denotes a kind of timer or counter as which a variable of a generic type may be called.
 pub(crate) fn is_method(name: &str) -> bool {
     let kind = name.split_once('_').map_or(name, |(kind, _)| kind);
     named(name).is_some_and(|block| [TIMERS, COUNTERS].contains(&block.group) && block.family == kind)
 }
 
 impl Compiler<'_> {
-    /// A block of the library, or a native block.
+    /// A library block or a native block.
     pub fn system_block(&mut self, name: &str) -> Option<usize> {
         if let Some(id) = named(name).and_then(|block| self.library.get(&block.name).copied()) {
             return self.interface(id, self.block(id).name.span);
@@ -194,7 +195,7 @@ impl Compiler<'_> {
         self.interface(id, self.block(id).name.span).map(|block| self.blocks[block].record)
     }
 
-    /// The block that a variable is called or read as, if its type allows several.
+    /// The block as which a variable is called or read, if its type allows several.
     pub fn as_method(&mut self, of: usize, method: &str) -> Option<usize> {
         let id = self.blocks[of].source.filter(|(file, _)| *file == self.library_file())?;
         let variant =
@@ -209,7 +210,7 @@ impl Compiler<'_> {
         source.is_some_and(|id| is_timer(&self.block(id).name.key()))
     }
 
-    /// Collects the kinds that variables of generic types are called as, by the last name of their paths.
+    /// Collects the kinds as which variables of generic types are called, by the last name of their paths.
     pub fn collect_kinds(&mut self) {
         for tree in &self.trees[..self.library_file()] {
             for number in 0..tree.expressions.len() {
@@ -228,7 +229,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// The native block of that name.
+    /// The native block with this name.
     fn native(&mut self, name: &str) -> Option<usize> {
         if let Some(block) = self.natives.get(name) {
             return Some(*block);
@@ -281,7 +282,7 @@ impl Compiler<'_> {
         Some(self.blocks.len() - 1)
     }
 
-    /// An instance that no source declares, created because its use determines its type.
+    /// An instance that no source declares, created because its type is clear from its use.
     pub fn implied(&mut self, name: &str, of: usize) -> Global {
         match self.globals.get(&key(name)) {
             Some(State::Known(global)) => global.clone(),

@@ -1,4 +1,4 @@
-//! Determines which operands decided a truth value, from the values recorded during a call, never by guessing.
+//! Determines which operands decided a truth value, strictly from the values recorded during a call.
 
 use super::{Named, Reader};
 use crate::check::constant::{self, Literal};
@@ -22,7 +22,7 @@ enum Formula {
     Xor(Vec<Formula>),
 }
 
-/// An operand of AND, OR, XOR and NOT: a variable, a comparison, a call. Equal texts are the same term.
+/// An operand of AND, OR, XOR and NOT: a variable, a comparison, a call. Operands with equal text are the same term.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Term {
     text: String,
@@ -41,7 +41,7 @@ struct Term {
 pub enum Influence {
     /// None: the truth value does not depend on it.
     Idle,
-    /// A reason, but not the only one: another leads to the same truth value.
+    /// A reason, but not the only one: another operand yields the same truth value.
     Shared,
     /// Decisive: with the opposite value, the truth value would be the opposite.
     Decided,
@@ -54,15 +54,15 @@ pub struct Decision {
     pub truth: bool,
     /// The role of each variable read.
     pub parts: Vec<Influence>,
-    /// The value of each variable when it was evaluated; `None` for variables that are not Boolean.
+    /// The value of each variable when it was evaluated; `None` if it is not Boolean.
     pub values: Vec<Option<bool>>,
-    /// The numbers under which the decisive terms and the other reasons are recorded.
+    /// The numbers under which the decisive terms and the shared reasons are recorded.
     pub wires: Vec<u32>,
 }
 
 impl Logic {
-    /// Logic for one of several CASE arms being selected, each recorded under the number of its first label. The
-    /// selector as a whole is the reason.
+    /// The logic of selecting one of several CASE arms, each recorded under the number of its first label. The whole
+    /// selector is the reason.
     pub(super) fn of_arms(arms: &[ExpressionId], reads: usize) -> Logic {
         let term = |id: &ExpressionId| Term {
             text: String::new(),
@@ -81,7 +81,7 @@ impl Logic {
     pub fn decided(&self, reads: usize, noted: &dyn Fn(u32) -> Option<bool>) -> Option<Decision> {
         let value = |term: &Term| {
             let mut values = term.wires.iter().map(|wire| noted(*wire));
-            // A term that occurs twice counts only if its values agree.
+            // A term that occurs more than once counts only if its values agree.
             let first = values.next()??;
             values.flatten().all(|other| other == first).then_some(first)
         };
@@ -129,7 +129,7 @@ impl Formula {
         }
     }
 
-    /// Marks the terms that lead to the truth value: those that are FALSE in a FALSE AND, all in a TRUE one.
+    /// Marks the terms responsible for the truth value: in a FALSE AND the FALSE ones, in a TRUE one all.
     fn reasons(&self, values: &[Option<bool>], reasons: &mut [bool]) {
         let truth = self.truth(values);
         match self {
@@ -146,8 +146,8 @@ impl Formula {
 }
 
 impl Reader<'_> {
-    /// A condition or value as a formula; `None` if it is nested too deeply. Only recording shows whether the value is
-    /// a truth value.
+    /// A condition or value as a formula; `None` if it is nested too deeply. Whether the value is a truth value is
+    /// known only once it has been recorded.
     pub(super) fn logic(&mut self, of: ExpressionId, reads: &[Named]) -> Option<Logic> {
         let mut terms = Vec::new();
         let formula = self.formula(of, reads, &mut terms)?;
@@ -210,7 +210,7 @@ fn fixed(kind: &ExpressionKind) -> Option<bool> {
     }
 }
 
-/// The operands of a chain such as `a AND b AND c`, from left to right. It nests to the left and may be long.
+/// The operands of a chain such as `a AND b AND c`, from left to right. A chain nests to the left and may be long.
 fn chain(expressions: &Expressions, id: ExpressionId, of: Binary) -> Vec<ExpressionId> {
     let (mut parts, mut first) = (Vec::new(), id);
     while let ExpressionKind::Binary(operator, left, right) = &expressions[first].kind
@@ -224,8 +224,8 @@ fn chain(expressions: &Expressions, id: ExpressionId, of: Binary) -> Vec<Express
     parts
 }
 
-/// The terms to record: those of all conditions and values of a source, and the first label of each CASE arm. A loop
-/// condition is evaluated many times; the last value remains.
+/// The terms to record: those in all conditions and values of a source, and the first label of each CASE arm. A loop
+/// condition is evaluated repeatedly; its last value is kept.
 pub(crate) fn terms(tree: &Tree) -> Vec<ExpressionId> {
     let mut found = Vec::new();
     tree.blocks.iter().for_each(|block| terms_of(&block.body, &tree.expressions, &mut found));

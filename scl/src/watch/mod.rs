@@ -1,9 +1,9 @@
-//! What to watch of a running program. Takes sources; gives the variables named in each line, the block to which a line
-//! belongs, its networks as drawn, and the operands that decide a condition.
+//! What can be watched in a running program: the variables named in each line, the block that a line belongs to, its
+//! networks as drawn, and the operands that decide a condition.
 //!
-//! This is derived from the source text only, so it is available even for a program with errors. Paths have the form of
-//! the FMU's variable names, `motors[1].fault`; an index that is not constant is replaced by the path of its variable,
-//! `motors[i].fault`.
+//! This is derived from the source text alone, so it is available even for a program with errors. Paths have the form
+//! of the FMU's variable names, `motors[1].fault`; an index that is not constant is replaced by the path of its
+//! variable, `motors[i].fault`.
 
 mod decide;
 mod network;
@@ -37,7 +37,7 @@ pub struct CodeBlock {
     /// Whether it is an organization block.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub is_organization: bool,
-    /// The comment in its head.
+    /// The comment in its header.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub comment: String,
     /// Its first line, from 1.
@@ -58,7 +58,7 @@ pub struct CodeBlock {
     pub networks: Vec<Network>,
 }
 
-/// A variable that a line names.
+/// A variable named in a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
@@ -67,7 +67,7 @@ pub struct Named {
     pub line: usize,
     /// The variable, as the FMU names it; an index may be the path of another variable.
     pub path: String,
-    /// Whether it is global, as in `"DB".x`. A name without quotation marks and `#` may be either.
+    /// Whether it is global, as in `"DB".x`. A name with neither quotation marks nor `#` may be either.
     pub is_global: bool,
 }
 
@@ -80,7 +80,7 @@ pub struct Write {
     pub path: String,
     /// Whether the variable is global.
     pub is_global: bool,
-    /// The line number, from 1, whose execution shows whether the write happened.
+    /// The line number, from 1, whose execution indicates that the write happened.
     pub line: usize,
     /// The text of the statement.
     pub text: String,
@@ -115,14 +115,14 @@ pub struct Guard {
     pub logic: Option<Logic>,
 }
 
-/// The kind of statement that has the condition.
+/// The kind of statement that a condition belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Guarding {
     /// IF and ELSIF.
     If,
-    /// A selector of CASE.
+    /// The selector of a CASE.
     Case,
     /// WHILE.
     While,
@@ -148,20 +148,20 @@ pub struct Called {
 pub struct Passed {
     /// The formal parameter.
     pub formal: String,
-    /// The variable passed; a computed value has none.
+    /// The variable passed; `None` for a computed value.
     pub path: Option<String>,
-    /// The literal that is passed, as it is written.
+    /// The literal passed, as written.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub literal: Option<String>,
     /// The line, from 1.
     pub line: usize,
 }
 
-/// The time between two calls in milliseconds, if no source specifies it.
+/// The default time between two calls in milliseconds, for sources that do not specify it.
 const CYCLE: u32 = 100;
 
-/// The time between two calls in milliseconds that the sources propose, and why. It is the period of the OB, which sources do
-/// not have, but authors write it down.
+/// The time between two calls in milliseconds suggested by the sources, and why. It is the period of the OB, which
+/// sources do not contain, but which authors tend to note.
 pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
     let milliseconds = |text: &str| {
         let plain = text.trim_start_matches(['T', 't', 'I', 'i', 'M', 'm', 'E', 'e', '#']);
@@ -197,8 +197,7 @@ pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
     (CYCLE, "no source says one: give the period of the OB that calls it".into())
 }
 
-/// Declarations outside of blocks with code that are visible to all: data blocks and tags, each with its source and its
-/// line, from 1.
+/// Global declarations outside blocks with code: data blocks and tags, each with its source and line number, from 1.
 pub fn declared_for_all(sources: &[Source]) -> Vec<(String, usize, usize)> {
     let trees = front::trees(sources, &mut Report::default());
     let mut found = Vec::new();
@@ -254,7 +253,7 @@ fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expres
     let is_xml = Format::detect(&source.text) == Format::SimaticMl;
     let constants = of_kind(SectionKind::Constant).filter_map(|member| match member.start {
         Some(Start::Value(value)) if is_xml => Some(each(member, self::written(expressions, &HashMap::new(), value))),
-        // The text between the name and the end of its declaration.
+        // The text from the name to the end of its declaration.
         Some(Start::Value(_)) => {
             let name = member.names.first()?;
             let rest = written(Span { start: name.span.end, end: source.text.len() as u32, ..name.span });
@@ -282,9 +281,9 @@ struct Reader<'a> {
     source: &'a Source,
     expressions: &'a Expressions,
     found: CodeBlock,
-    /// The conditions around the current statement.
+    /// The conditions that enclose the current statement.
     guards: Vec<Guard>,
-    /// The expressions for which the temporaries of networks stand, by name.
+    /// The expressions assigned to the temporaries of networks, by name.
     temporaries: HashMap<String, ExpressionId>,
     /// The number of temporaries currently being resolved.
     depth: usize,
@@ -316,7 +315,7 @@ impl Reader<'_> {
                     for (condition, body) in arms {
                         self.guard(Guarding::If, *condition);
                         self.statements(body);
-                        // The ELSE part runs if the condition is FALSE.
+                        // The branches that follow run if the condition is FALSE.
                         self.guards.last_mut().into_iter().for_each(|guard| guard.is_negated = true);
                     }
                     self.statements(rest);
@@ -370,14 +369,14 @@ impl Reader<'_> {
         drawn.iter().map(written).collect::<Vec<_>>().join(" := ")
     }
 
-    /// The variables in expressions, without adding them to the block's names.
+    /// The variables in expressions; does not add them to the block's names.
     fn reads(&mut self, of: impl IntoIterator<Item = ExpressionId>) -> Vec<Named> {
         let noted = std::mem::take(&mut self.found.names);
         of.into_iter().for_each(|id| self.expression(id));
         std::mem::replace(&mut self.found.names, noted)
     }
 
-    /// Adds a condition for the statements that follow.
+    /// Adds a condition that applies to the statements that follow.
     fn guard(&mut self, of: Guarding, condition: ExpressionId) {
         self.expression(condition);
         let guard = self.condition(of, condition);
@@ -399,8 +398,8 @@ impl Reader<'_> {
         self.guards.pop();
     }
 
-    /// Reads `a := b += c`; the operator `+=` also reads its target. The line is that of the assigned value, whose
-    /// execution is recorded: in a network, and in a long assignment, the target is elsewhere.
+    /// Reads `a := b += c`; the operator `+=` also reads its target. The line recorded is that of the assigned value,
+    /// because its execution is recorded: in a network or a long assignment, the target may be elsewhere.
     fn assignment(&mut self, targets: impl Iterator<Item = (ExpressionId, bool)> + Clone, value: ExpressionId) {
         let of_targets = targets.clone().filter(|(_, is_read)| *is_read).map(|(target, _)| target);
         let reads = self.reads(of_targets.chain([value]));
@@ -472,7 +471,7 @@ impl Reader<'_> {
                 self.expression(*base);
                 indices.iter().for_each(|index| self.expression(*index));
             }
-            // A call with a value is that of a function.
+            // A call used as a value is a function call.
             ExpressionKind::Call(_, arguments) => self.call(None, arguments),
             ExpressionKind::Name(..)
             | ExpressionKind::Literal(_)
@@ -481,7 +480,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads the arguments of a call of an instance or a function.
+    /// Reads the arguments of a call to an instance or a function.
     fn call(&mut self, instance: Option<(String, bool)>, arguments: &[Argument]) {
         let mut passed = Vec::new();
         for argument in arguments {
@@ -539,8 +538,8 @@ fn path(expressions: &Expressions, id: ExpressionId) -> Option<(String, bool)> {
     }
 }
 
-/// An expression in SCL; a temporary of a network is replaced by its expression, unless that contains temporaries
-/// itself. The parser and the networks limit the depth of expressions.
+/// An expression in SCL. A temporary of a network is replaced by its expression, unless that itself contains
+/// temporaries. The parser and the networks limit the depth of expressions.
 fn written(expressions: &Expressions, temporaries: &HashMap<String, ExpressionId>, id: ExpressionId) -> String {
     let of = |id: ExpressionId| written(expressions, temporaries, id);
     let inner = |id: ExpressionId| match &expressions[id].kind {

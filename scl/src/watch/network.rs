@@ -25,11 +25,11 @@ pub struct Network {
     pub labels: Vec<String>,
     /// Whether it has a power rail, as in LAD.
     pub has_rail: bool,
-    /// Its elements, each after those it needs.
+    /// Its elements; inputs refer to them by index.
     pub elements: Vec<Element>,
 }
 
-/// The shape of an element of LAD; in FBD all are boxes.
+/// The shape of an element in LAD; in FBD, all elements are boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -94,7 +94,7 @@ pub struct Input {
     pub sources: Vec<From>,
 }
 
-/// The source of an input pin: an operand, the output pin of another element, or else the power rail.
+/// The source of an input pin: an operand, the output pin of another element or, if neither, the power rail.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
@@ -118,13 +118,13 @@ pub struct Output {
     pub is_negated: bool,
     /// The variables it writes.
     pub targets: Vec<Operand>,
-    /// The number under which its value is recorded; none if it is unconnected or carries the power rail.
+    /// The number under which its value is recorded; `None` if it is unconnected or carries the power rail.
     pub wire: Option<u32>,
     /// Whether it carries the power rail's value.
     pub is_rail: bool,
 }
 
-/// The network as drawn.
+/// Returns the network as drawn.
 pub(super) fn drawn(of: &ladder::Network, expressions: &Expressions, source: &Text) -> Network {
     let line = |span: Span| source.place(span.range()).line;
     let is_fed = |element: &ladder::Element| {
@@ -219,7 +219,7 @@ fn outputs(
         if outputs.iter().any(|output| output.pin == *pin) {
             continue;
         }
-        // The value of a pin may be set again where it is written to a variable.
+        // The value of a pin may be set again when it is written to a variable.
         let carries = carried.clone().find(|((_, own), _)| own == pin).map(|(_, carries)| *carries);
         let targets = element.outputs.iter().filter(|(own, _)| own == pin);
         outputs.push(Output {
