@@ -155,7 +155,7 @@ const ROWS: &[Row] = &[
             ("#i := Serialize(SRC_VARIABLE := #pair);", "assign the variables themselves"),
             ("#i := RDREC(REQ := TRUE);", "turn its values into inputs"),
             ("\"MC_Power\"(Axis := 1);", "turn its values into inputs"),
-            ("#i := BCD16_TO_INT(#w);", "work with INT"),
+            ("#i := BCD16_TO_INT(#w);", "use INT and TIME"),
         ],
     },
     Row {
