@@ -6,7 +6,7 @@ use scl::Dialect;
 use std::env::args;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let name = args().nth(1).ok_or("which block?")?;
+    let name = args().nth(1).ok_or("specify the name of a block")?;
     let mut sources = Sources::of_blocks();
     let mut dialect = None;
     for argument in args().skip(2) {

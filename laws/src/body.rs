@@ -177,7 +177,7 @@ impl<'r, 'a> Body<'r, 'a> {
                     _ => self.statement(expr)?,
                 },
                 Stmt::Expr(expr, _) => self.statement(expr)?,
-                other => return Err(self.error(other.span(), "this statement is not known here")),
+                other => return Err(self.error(other.span(), "this statement is not supported")),
             }
         }
         Ok(())
@@ -186,7 +186,7 @@ impl<'r, 'a> Body<'r, 'a> {
     /// Reads a `let`.
     fn declare(&mut self, it: &syn::Local) -> Result<(), Error> {
         let Some(init) = it.init.as_ref().filter(|init| init.diverge.is_none()) else {
-            return Err(self.error(it.span(), "a variable is given its value where it is declared"));
+            return Err(self.error(it.span(), "a variable must be initialized where it is declared"));
         };
         let (pat, ty) = match &it.pat {
             Pat::Type(typed) => {
@@ -205,7 +205,7 @@ impl<'r, 'a> Body<'r, 'a> {
                     Ok(())
                 }
                 Pat::Struct(fields) => self.copy_fields(fields, &var, *record),
-                _ => Err(self.error(pat.span(), "this pattern is not known here")),
+                _ => Err(self.error(pat.span(), "this pattern is not supported")),
             };
         }
         let ty = match ty {
@@ -222,7 +222,7 @@ impl<'r, 'a> Body<'r, 'a> {
         let Var::Place(place, _) = from else { return Ok(()) };
         for field in &fields.fields {
             let syn::Member::Named(name) = &field.member else {
-                return Err(self.error(field.span(), "this pattern is not known here"));
+                return Err(self.error(field.span(), "this pattern is not supported"));
             };
             let found = self.reader.field(record, &name.to_string());
             let (number, ty) = found.ok_or_else(|| self.error(name.span(), "no such field"))?;
@@ -230,7 +230,7 @@ impl<'r, 'a> Body<'r, 'a> {
             if let (Var::Place(to, _), Some(kept)) = (&var, ty.kept()) {
                 self.assign(to.clone(), Expr::Load(kept, place.clone().member(number)));
             } else {
-                return Err(self.error(field.span(), "only numbers are copied"));
+                return Err(self.error(field.span(), "only numbers can be copied here"));
             }
             names.into_iter().for_each(|(name, var)| self.bind(&name, var));
         }
@@ -255,7 +255,7 @@ impl<'r, 'a> Body<'r, 'a> {
                 }
                 Ok((Var::Tuple(vars), names))
             }
-            _ => Err(self.error(pat.span(), format!("this pattern does not fit {ty}, or is not known here"))),
+            _ => Err(self.error(pat.span(), format!("this pattern does not fit {ty}, or is not supported"))),
         }
     }
 
@@ -327,7 +327,7 @@ impl<'r, 'a> Body<'r, 'a> {
                     self.assign(place, Expr::Binary(op, kept, load, Box::new(value), self.at));
                     Ok(())
                 }
-                None => Err(self.error(expr.span(), "the value of this expression is not used")),
+                None => Err(self.error(expr.span(), "the value of this expression is unused")),
             },
             syn::Expr::If(it) => self.branch(it, None),
             syn::Expr::Match(it) => self.choose(it, None),
@@ -370,8 +370,7 @@ impl<'r, 'a> Body<'r, 'a> {
             },
             syn::Expr::Tuple(it) if it.elems.is_empty() => Ok(()),
             _ => {
-                Err(self
-                    .error(expr.span(), "this statement is not known here; use let, =, if, match, while, and calls"))
+                Err(self.error(expr.span(), "this statement is not supported; use let, =, if, match, while and calls"))
             }
         }
     }
@@ -387,7 +386,7 @@ impl<'r, 'a> Body<'r, 'a> {
         };
         let fields = self.reader.fields[record].clone();
         if it.rest.is_some() || it.fields.len() != fields.len() {
-            return Err(self.error(from.span(), "all fields of the struct are given here"));
+            return Err(self.error(from.span(), "all fields of the struct must be listed here"));
         }
         let mut values = Vec::new();
         for field in &it.fields {
@@ -441,7 +440,7 @@ impl<'r, 'a> Body<'r, 'a> {
 
     /// The condition of `if let Some(name) = ...`; binds the name.
     pub(crate) fn if_let(&mut self, it: &syn::ExprLet) -> Result<Expr, Error> {
-        let unknown = |this: &Self| this.error(it.pat.span(), "this pattern is not known here; use Some(name)");
+        let unknown = |this: &Self| this.error(it.pat.span(), "this pattern is not supported; use Some(name)");
         let Pat::TupleStruct(pat) = &*it.pat else { return Err(unknown(self)) };
         let (Some(inner), true) = (pat.elems.first(), pat.path.is_ident("Some")) else { return Err(unknown(self)) };
         let Val::Var(Var::Option(some, value)) = self.value(&it.expr, None)? else {

@@ -115,10 +115,10 @@ impl Rewrite {
         let Some(Expr::Lit(syn::ExprLit { lit: Lit::Str(text), .. })) = text else {
             return Err(syn::Error::new(
                 message.span(),
-                "a refusal is format!(\"...\", numbers) or \"...\".into() here",
+                "a refusal must be format!(\"...\", numbers) or \"...\".into() here",
             ));
         };
-        let unknown = |what: &str| syn::Error::new(text.span(), format!("{what} in a message is not known here"));
+        let unknown = |what: &str| syn::Error::new(text.span(), format!("{what} in a message is not supported"));
         let (mut plain, mut numbers) = (String::new(), Vec::new());
         let value = text.value();
         let mut rest = value.as_str();
@@ -145,7 +145,7 @@ impl Rewrite {
         }
         plain.push_str(rest);
         if numbers.len() > NUMBERS {
-            return Err(syn::Error::new(text.span(), format!("a message has at most {NUMBERS} numbers here")));
+            return Err(syn::Error::new(text.span(), format!("a message can have at most {NUMBERS} numbers here")));
         }
         self.messages.push(plain);
         tuple(self.messages.len(), numbers)

@@ -14,7 +14,7 @@ impl Body<'_, '_> {
         match self.value(expr, want)? {
             Val::Number(expr, ty) => Ok((expr, ty)),
             Val::Rounded(..) => {
-                Err(self.error(expr.span(), "a rounded number is converted to an integer here: add `as`"))
+                Err(self.error(expr.span(), "a rounded number must be converted to an integer here: add `as`"))
             }
             _ => Err(self.error(expr.span(), "a number is expected here")),
         }
@@ -56,7 +56,7 @@ impl Body<'_, '_> {
                 let op = match it.op {
                     UnOp::Neg(_) => Unary::Neg,
                     UnOp::Not(_) => Unary::Not,
-                    _ => return Err(self.error(expr.span(), "this operation is not known here")),
+                    _ => return Err(self.error(expr.span(), "this operation is not supported")),
                 };
                 let kept = match &ty {
                     Ty::Integer => Scalar::I64,
@@ -76,7 +76,7 @@ impl Body<'_, '_> {
                     (syn::Member::Unnamed(index), Ty::New { kept, inner, .. }) if index.index == 0 => {
                         Ok(Val::Number(self.converted(value, kept, inner), Ty::Scalar(inner)))
                     }
-                    _ => Err(self.error(expr.span(), "this field is not known here")),
+                    _ => Err(self.error(expr.span(), "this field is not supported")),
                 }
             }
             syn::Expr::MethodCall(it) => self.method(it, want),
@@ -97,7 +97,7 @@ impl Body<'_, '_> {
             }
             syn::Expr::Range(it) => {
                 let (Some(start), Some(end)) = (&it.start, &it.end) else {
-                    return Err(self.error(expr.span(), "a range has both ends here"));
+                    return Err(self.error(expr.span(), "a range must have both ends here"));
                 };
                 let ty = self.common(start, end)?;
                 let kept = ty.kept().ok_or_else(|| self.error(expr.span(), "the type of this range is ambiguous"))?;
@@ -105,7 +105,7 @@ impl Body<'_, '_> {
                 let (high, _) = self.number(end, Some(&ty))?;
                 Ok(Val::Range(low, high, matches!(it.limits, syn::RangeLimits::Closed(_)), kept))
             }
-            _ => Err(self.error(expr.span(), "this expression is not known here")),
+            _ => Err(self.error(expr.span(), "this expression is not supported")),
         }
     }
 
@@ -134,7 +134,7 @@ impl Body<'_, '_> {
                     }
                 }
             }
-            _ => return Err(self.error(it.span(), "only numbers, true and false are known here")),
+            _ => return Err(self.error(it.span(), "only numbers, true and false are supported here")),
         };
         Ok(Val::Number(Expr::Const(value), ty))
     }
@@ -152,7 +152,7 @@ impl Body<'_, '_> {
         }
         let items = self.reader.items;
         let Some(constant) = items.constant(owner.as_deref(), &last, self.file) else {
-            return Err(self.error(it.span(), format!("{last} is not known here")));
+            return Err(self.error(it.span(), format!("{last} is unknown here")));
         };
         let ty = self.reader.ty(constant.file, &constant.ty, owner.as_deref())?;
         let value = Body::constant(self.reader, constant.file, &constant.value, &ty)?;
@@ -186,7 +186,7 @@ impl Body<'_, '_> {
             BinOp::Le(_) => (Binary::Le, true),
             BinOp::Gt(_) => (Binary::Gt, true),
             BinOp::Ge(_) => (Binary::Ge, true),
-            _ => return Err(self.error(it.op.span(), "this operation is not known here")),
+            _ => return Err(self.error(it.op.span(), "this operation is not supported")),
         };
         let ty = match want.filter(|want| !compares && want.kept().is_some()) {
             Some(want) => want.clone(),
@@ -216,7 +216,7 @@ impl Body<'_, '_> {
             }
         };
         if kept.is_float() && matches!(op, Binary::Rem) {
-            return Err(self.error(it.op.span(), "the remainder of floating-point numbers is not known here"));
+            return Err(self.error(it.op.span(), "the remainder of floating-point numbers is not supported"));
         }
         let (left, right) = (Box::new(left), Box::new(right));
         // In Rust, a comparison of NaN with `!=` is true; in the typed program it is false.
@@ -308,7 +308,7 @@ impl Body<'_, '_> {
                     None => Ty::unit(),
                 };
                 then.unified(&otherwise)
-                    .ok_or_else(|| self.error(expr.span(), format!("one branch is {then}, the other one {otherwise}")))
+                    .ok_or_else(|| self.error(expr.span(), format!("one branch is {then}, the other {otherwise}")))
             }
             syn::Expr::Match(it) => {
                 let mut ty = Ty::Never;
@@ -336,7 +336,7 @@ impl Body<'_, '_> {
             Val::Option(Some(of)) => Ty::Option(Box::new(self.ty_of(of, expr)?)),
             Val::Option(None) => Ty::Option(Box::new(Ty::Never)),
             Val::Rounded(_, _, ty) => Ty::Scalar(*ty),
-            _ => return Err(self.error(expr.span(), "this has no type that could be kept")),
+            _ => return Err(self.error(expr.span(), "this has no type that a variable can have")),
         })
     }
 

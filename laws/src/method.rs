@@ -17,7 +17,7 @@ impl Body<'_, '_> {
         let unknown = |this: &Self, ty: &Ty| {
             this.error(
                 it.method.span(),
-                format!("{name} of {ty} is not known here; write it with operators, or as a function"),
+                format!("{name} of {ty} is not supported; write it with operators, or as a function"),
             )
         };
         if let ("is_none" | "is_some", syn::Expr::MethodCall(checked)) = (&*name, &*it.receiver)
@@ -90,7 +90,7 @@ impl Body<'_, '_> {
                 }
             }
             Val::Number(value, Ty::Scalar(ty)) => self.of_number(it, &name, value, ty, &arguments),
-            _ => Err(self.error(it.receiver.span(), "this has no methods that are known here")),
+            _ => Err(self.error(it.receiver.span(), "this has no methods that are supported here")),
         }
     }
 
@@ -107,7 +107,7 @@ impl Body<'_, '_> {
         let (value, ty) = self.number(&it.receiver, None)?;
         let (Ty::Scalar(kept), Some(other)) = (&ty, it.args.first()) else { return Ok(None) };
         if !kept.is_integer() || kept.size() == 8 {
-            return Err(self.error(it.method.span(), format!("{} of {ty} is not known here", it.method)));
+            return Err(self.error(it.method.span(), format!("{} of {ty} is not supported", it.method)));
         }
         let (other, _) = self.number(other, Some(&ty))?;
         let wide = |value| Box::new(self.converted(value, *kept, Scalar::I64));
@@ -180,7 +180,7 @@ impl Body<'_, '_> {
                     "wrapping_add" => Binary::Add,
                     "wrapping_sub" => Binary::Sub,
                     "wrapping_mul" => Binary::Mul,
-                    _ => return Err(self.error(it.method.span(), format!("{name} of {ty} is not known here"))),
+                    _ => return Err(self.error(it.method.span(), format!("{name} of {ty} is not supported"))),
                 };
                 let (other, found) = self.number(arguments[0], Some(&want))?;
                 if found != want {
@@ -188,7 +188,7 @@ impl Body<'_, '_> {
                 }
                 same(Expr::Binary(op, ty, Box::new(value), Box::new(other), at))
             }
-            _ => Err(self.error(it.method.span(), format!("{name} of {ty} is not known here"))),
+            _ => Err(self.error(it.method.span(), format!("{name} of {ty} is not supported"))),
         }
     }
 
@@ -241,9 +241,9 @@ impl Body<'_, '_> {
 
     /// Wraps a number in a newtype.
     fn newtype(&mut self, name: &str, argument: &syn::Expr, span: proc_macro2::Span) -> Result<Val, Error> {
-        let parsed = syn::parse_str::<syn::Type>(name).map_err(|_| self.error(span, "this type is not known here"))?;
+        let parsed = syn::parse_str::<syn::Type>(name).map_err(|_| self.error(span, "this type is not supported"))?;
         let ty = self.reader.ty(self.file, &parsed, None)?;
-        let Ty::New { kept, inner, .. } = &ty else { return Err(self.error(span, "this type is not known here")) };
+        let Ty::New { kept, inner, .. } = &ty else { return Err(self.error(span, "this type is not supported")) };
         let (value, found) = self.number(argument, Some(&Ty::Scalar(*inner)))?;
         if found != Ty::Scalar(*inner) {
             return Err(self.error(argument.span(), format!("expected {inner}, found {found}")));
@@ -255,7 +255,7 @@ impl Body<'_, '_> {
     /// Reads `path(arguments)`.
     pub(crate) fn call_path(&mut self, it: &ExprCall, want: Option<&Ty>) -> Result<Val, Error> {
         let syn::Expr::Path(path) = &*it.func else {
-            return Err(self.error(it.func.span(), "a function is called by its name here"));
+            return Err(self.error(it.func.span(), "a function must be called by name here"));
         };
         let arguments: Vec<&syn::Expr> = it.args.iter().collect();
         let name = path.path.segments.last().map(|last| last.ident.to_string()).unwrap_or_default();
@@ -273,7 +273,7 @@ impl Body<'_, '_> {
                 if let Some(to) = self.scalar_named(owner) {
                     let (value, ty) = self.number(argument, None)?;
                     let Ty::Scalar(from) = ty else {
-                        return Err(self.error(argument.span(), format!("{ty} is not converted here")));
+                        return Err(self.error(argument.span(), format!("{ty} cannot be converted here")));
                     };
                     return Ok(Val::Number(self.value_as(value, from, to), Ty::Scalar(to)));
                 }
@@ -285,10 +285,9 @@ impl Body<'_, '_> {
         }
         let item = self.reader.items.function(self.reader.sources, owner.as_deref(), &name, self.file);
         let Some(item) = item else {
-            return Err(self.error(
-                it.func.span(),
-                format!("the function {name} is not known here, or not the only one of this name"),
-            ));
+            return Err(
+                self.error(it.func.span(), format!("the function {name} is unknown here, or its name is not unique"))
+            );
         };
         let is_newtype =
             owner.as_ref().is_some_and(|owner| self.reader.items.newtypes.iter().any(|(it, _)| it == owner));
@@ -354,7 +353,7 @@ impl Body<'_, '_> {
     pub(crate) fn cast(&mut self, it: &ExprCast) -> Result<Val, Error> {
         let owner = self.owner.clone();
         let Ty::Scalar(to) = self.reader.ty(self.file, &it.ty, owner.as_deref())? else {
-            return Err(self.error(it.ty.span(), "a number is converted to a number here"));
+            return Err(self.error(it.ty.span(), "a number can only be converted to a number here"));
         };
         let at = self.place_of_line();
         // A conversion from floating point to a 64-bit integer and then to its low bits is a single conversion.
@@ -386,7 +385,7 @@ impl Body<'_, '_> {
             Ty::Scalar(from) => from,
             Ty::Integer => Scalar::I64,
             Ty::Float => Scalar::F64,
-            ty => return Err(self.error(it.expr.span(), format!("{ty} is not converted here"))),
+            ty => return Err(self.error(it.expr.span(), format!("{ty} cannot be converted here"))),
         };
         Ok(Val::Number(self.value_as(value, from, to), Ty::Scalar(to)))
     }

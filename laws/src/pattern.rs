@@ -108,7 +108,7 @@ impl Body<'_, '_> {
                 self.bind(&name, var);
                 Ok(None)
             }
-            _ => Err(self.error(pat.span(), "this pattern is not known here")),
+            _ => Err(self.error(pat.span(), "this pattern is not supported")),
         }
     }
 }

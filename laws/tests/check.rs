@@ -58,8 +58,8 @@ fn a_block_that_refuses_nothing_has_no_check() {
 #[test]
 fn a_sentence_that_cannot_be_read_is_told_with_its_place() {
     let cases = [
-        ("Err(format!(\"{:.3} is much\", self.weight))", "{:.3} in a message is not known here"),
-        ("Err(why())", "a refusal is format!"),
+        ("Err(format!(\"{:.3} is much\", self.weight))", "{:.3} in a message is not supported"),
+        ("Err(why())", "a refusal must be format!"),
         ("Err(format!(\"{} {} {} {} {}\", 1, 2, 3, 4, 5))", "at most 4 numbers"),
     ];
     for (refusal, message) in cases {

@@ -45,11 +45,11 @@ fn a_block_of_ones_own_gives_the_bits_of_rust() {
 #[test]
 fn what_cannot_be_read_is_told_with_its_place() {
     let cases = [
-        ("self.count += 1;", "self.count += self.up.len();", "len of bool is not known here"),
+        ("self.count += 1;", "self.count += self.up.len();", "len of bool is not supported"),
         ("self.count += 1;", "self.count = 1.5;", "expected i16, found a floating-point number"),
-        ("self.count += 1;", "println!();", "this statement is not known here"),
+        ("self.count += 1;", "println!();", "this statement is not supported"),
         ("self.count += 1;", "let open = 2.0;", "the type of open is ambiguous"),
-        ("self.count += 1;", "for i in 0..3 {}", "this statement is not known here"),
+        ("self.count += 1;", "for i in 0..3 {}", "this statement is not supported"),
         ("self.count += 1;", "self.other += 1;", "no field other"),
         ("self.count += 1;", "self.call();", "a law must not call itself"),
     ];

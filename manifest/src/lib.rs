@@ -39,7 +39,7 @@ impl std::str::FromStr for Cpu {
 
     fn from_str(text: &str) -> Result<Cpu, String> {
         let found = CPUS.iter().find(|(name, _)| *name == text);
-        found.map(|(_, cpu)| *cpu).ok_or_else(|| format!("the CPUs are 300, 400, 1200 and 1500, not {text:?}"))
+        found.map(|(_, cpu)| *cpu).ok_or_else(|| format!("the CPU must be 300, 400, 1200 or 1500, not {text:?}"))
     }
 }
 
@@ -100,7 +100,7 @@ impl Manifest {
     pub fn set_calls(&mut self, calls: Vec<String>, cycles: &[u32]) -> Result<(), String> {
         if cycles.len() > 1 && cycles.len() != calls.len() {
             return Err(format!(
-                "{} cycles for {} calls: write one for all, or one for each call, in their order",
+                "{} cycles for {} calls: specify one for all, or one for each call, in order",
                 cycles.len(),
                 calls.len()
             ));
@@ -135,7 +135,7 @@ pub fn milliseconds(text: &str) -> Result<u32, String> {
     let milliseconds = milliseconds.filter(|_| nanoseconds % 1_000_000 == 0);
     let milliseconds = milliseconds.map(i32::unsigned_abs);
     milliseconds.ok_or_else(|| {
-        format!("{text:?} is not a time between two calls: write whole milliseconds, at least 1: 100ms, 0.5s, 2s")
+        format!("{text:?} is not a valid time between two calls: write whole milliseconds, at least 1: 100ms, 0.5s, 2s")
     })
 }
 
@@ -211,7 +211,7 @@ mod tests {
         manifest.set_calls(names(), &[50]).unwrap();
         assert_eq!((manifest.cycle, &manifest.calls[..]), (Some(50), &[task("Fast", 0), task("Slow", 0)][..]));
         let wrong = manifest.set_calls(names(), &[1, 2, 3]).unwrap_err();
-        assert_eq!(wrong, "3 cycles for 2 calls: write one for all, or one for each call, in their order");
+        assert_eq!(wrong, "3 cycles for 2 calls: specify one for all, or one for each call, in order");
         assert!(manifest.set_calls(Vec::new(), &[1, 2]).is_err());
     }
 }

@@ -203,7 +203,7 @@ impl Item for Cycle {
 
 impl Item for Budget {
     fn from_text(text: &str) -> Result<Budget, String> {
-        text.parse().map(Budget).map_err(|_| format!("the budget is a number of statements, not {text:?}"))
+        text.parse().map(Budget).map_err(|_| format!("the budget must be a number of statements, not {text:?}"))
     }
 
     fn text(&self) -> String {
@@ -291,7 +291,7 @@ impl<'de, T: Item> Visitor<'de> for Read<T> {
     type Value = Vec<T>;
 
     fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str("a text or a number")
+        formatter.write_str("a string or a number")
     }
 
     fn visit_unit<E>(self) -> Result<Vec<T>, E> {
@@ -322,7 +322,7 @@ impl<'de, T: Item> Visitor<'de> for Read<T> {
             }
             return Ok(items);
         }
-        let wrong = || de::Error::custom("expected a text or a number; found a list");
+        let wrong = || de::Error::custom("expected a string or a number; found a list");
         let (name, of) = (list.next_element()?, list.next_element()?);
         let pair = name.zip(of).and_then(|(name, of)| T::from_pair(name, of));
         pair.map(|item| vec![item]).ok_or_else(wrong)
@@ -374,11 +374,11 @@ mod tests {
         for (text, wrong) in [
             ("cycle = \"1\"", "\"1\" is not a duration: write 2s, 100ms or 1m30s"),
             ("cycle = 0.0001", "the time between two calls is 0.0001 s: write whole milliseconds, at least 0.001 s"),
-            ("cpu = \"1100\"", "the CPUs are 300, 400, 1200 and 1500, not \"1100\""),
+            ("cpu = \"1100\"", "the CPU must be 300, 400, 1200 or 1500, not \"1100\""),
             ("fb = [\"A\", \"B\"]", "run has 2 values: write one"),
             ("tag = [\"Start\"]", "\"Start\": write a name, a colon and a type: Start : Bool"),
-            ("input = [[\"a\", \"b\"]]", "expected a text or a number; found a list"),
-            ("budget = -1", "the budget is a number of statements, not \"-1\""),
+            ("input = [[\"a\", \"b\"]]", "expected a string or a number; found a list"),
+            ("budget = -1", "the budget must be a number of statements, not \"-1\""),
         ] {
             assert_eq!(read(text), Err(wrong.to_string()), "{text}");
         }

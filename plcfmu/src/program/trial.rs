@@ -444,7 +444,7 @@ mod tests {
         let cycle = "cycle = \"1s\"\n";
         assert_eq!(
             error(&format!("{rest}{cycle}cpu = \"9\"\n")),
-            "3:7: the CPUs are 300, 400, 1200 and 1500, not \"9\""
+            "3:7: the CPU must be 300, 400, 1200 or 1500, not \"9\""
         );
         assert_eq!(
             error(&format!("{rest}{cycle}tags = [\"A : Bool\",\n  \"B\"]\n")),

@@ -223,7 +223,7 @@ impl Compiler<'_> {
                 let earlier = self.kinds.entry(name.0.clone()).or_insert_with(|| method.clone());
                 if *earlier != method {
                     let message = format!("{} is called both as {earlier} and as {method}", name.0);
-                    self.report.error(name.1, message, Some("use one variable for each"));
+                    self.report.error(name.1, message, Some("use a separate variable for each"));
                 }
             }
         }

@@ -194,7 +194,7 @@ pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
             }
         }
     }
-    (CYCLE, "no source says one: give the period of the OB that calls it".into())
+    (CYCLE, "no source specifies one: enter the period of the OB that calls it".into())
 }
 
 /// Global declarations outside blocks with code: data blocks and tags, each with its source and line number, from 1.

@@ -136,7 +136,7 @@ fn the_cycle_is_that_of_a_comment_or_a_constant() {
         (compiled["cycle"].clone(), compiled["cycle_from"].as_str().unwrap().to_string())
     };
     let (none, why) = cycle(PUMP.into());
-    assert!(none == 0.1 && why.starts_with("no source says one"), "{why}");
+    assert!(none == 0.1 && why.starts_with("no source specifies one"), "{why}");
     let constant = PUMP.replace("BEGIN", "VAR CONSTANT CYCLE : Time := T#2s; END_VAR\nBEGIN");
     assert_eq!(cycle(constant), (json!(2.0), "the constant CYCLE of Pump".into()));
     let main = format!(
