@@ -1,5 +1,5 @@
 /**
- * The conclusions of a replay in words. The engine returns them as data.
+ * The conclusions of a replay in words; the engine returns them as data.
  *
  * @typedef {import("./messages").Change} Change
  * @typedef {import("./messages").Replayed} Replayed
@@ -8,7 +8,7 @@
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("./messages").Why} Why
  *
- * @typedef {object} Block what the words need of the block
+ * @typedef {object} Block data of the block that the text needs
  * @property {Variable[]} variables
  * @property {string[]} controller its gain and times
  * @property {string | undefined} manual its switch to manual mode
@@ -17,13 +17,13 @@
 import { unitText } from "tool/signals.js";
 import { isBoolean, isTime, rounded, shown } from "tool/values.js";
 
-/** More outputs are not named one by one. */
+/** The maximum number of outputs listed by name. */
 const MOST_OUTPUTS = 6;
-/** More explanations would not be read. */
+/** The maximum number of explanations given. */
 const MOST_EXPLANATIONS = 3;
 /** The allowed deviation of an output, in multiples of its noise: few of a thousand values differ by more. */
 const NOISY = 6;
-/** A range that ends beyond this has no end. */
+/** A range that extends beyond this value is open. */
 const OPEN = 1e300;
 /** The tolerance is reported if it exceeds this fraction of the movement of an output. */
 const COARSE = 0.01;
@@ -49,7 +49,7 @@ function reason(why) {
 }
 
 /**
- * A setting's value in the replay and in the loop.
+ * A setting's values in the replay and in the loop, as text.
  *
  * @param {{ name: string, value: import("./messages").Value, before: import("./messages").Value }} setting
  * @param {Variable[]} variables
@@ -74,7 +74,7 @@ function ofChange(change, variables) {
 }
 
 /**
- * The changes, as a part of a sentence.
+ * The changes, as part of a sentence.
  *
  * @param {Suspect} suspect
  * @param {Block} block
@@ -85,7 +85,7 @@ export function changed(suspect, { variables }) {
   if (since) all.push(`${ofChange(since.change, variables)} from ${rounded(since.at[1], "LREAL")} s on`);
   const doubts = [];
   const range = rangeOf(suspect, variables);
-  // The range is that of the last one.
+  // The range belongs to the last change.
   const last = changes.at(-1);
   const whose = changes.length > 1 && !since && last && "setting" in last ? `${last.setting.name} ` : "";
   if (range) doubts.push(`${whose}${range} fits`);
@@ -93,7 +93,12 @@ export function changed(suspect, { variables }) {
   return `${all.join(", and ")}${doubts.length > 0 ? ` (${doubts.join("; ")})` : ""}`;
 }
 
-/** From where to where a value fits, `84.8 to 94.2 s`; undefined if it is exact. @param {Suspect} suspect @param {Variable[]} variables */
+/**
+ * The range in which a value fits, `84.8 to 94.2 s`; `undefined` if the value is exact.
+ *
+ * @param {Suspect} suspect
+ * @param {Variable[]} variables
+ */
 function rangeOf({ changes, since, range }, variables) {
   if (!range) return undefined;
   const all = since ? [since.change] : changes;
@@ -107,8 +112,7 @@ function rangeOf({ changes, since, range }, variables) {
 }
 
 /**
- * The changes with which the recording fits, those that it has itself and those that were found: none if nothing fits, or if it cannot be
- * told what does.
+ * The changes with which the recording fits, both recorded and found; none if nothing fits or the result is ambiguous.
  *
  * @param {Replayed} replayed
  * @returns {Change[]}
@@ -120,7 +124,7 @@ export function fitting({ conclusion, settings, suspects }) {
   if (!isFound || !found) return [];
   const { changes, since, values } = found;
   if (!since || !("setting" in since.change)) return [...settings, ...changes];
-  // The end of the recording counts; a value that the loop already has is not a change.
+  // The value at the end of the recording counts; if the loop already has it, it is not a change.
   const { setting } = since.change;
   const own = changes.flatMap((change) => ("setting" in change ? change.setting : []));
   const before = own.find(({ name }) => name === setting.name)?.before ?? setting.before;
@@ -132,8 +136,8 @@ export function fitting({ conclusion, settings, suspects }) {
 }
 
 /**
- * That a setting was changed while the recording was made: `Up to cycle 69 GAIN is 2; from cycle 70 (35 s) on, GAIN 0.75 explains every
- * cycle.`, and what else is to be said. What the recording leaves open of time and value stands in the same sentence.
+ * Reports that a setting was changed during the recording: `Up to cycle 69 GAIN is 2; from cycle 70 (35 s) on, GAIN 0.75 explains
+ * every cycle.`, with details such as the uncertainty of time and value.
  *
  * @param {Suspect} suspect
  * @param {Since} since of the suspect
@@ -177,8 +181,8 @@ function fit(changes, { variables }) {
 }
 
 /**
- * With what of the recording its outputs are equal, though the loop has another value: `the recording's GAIN (0.7 at first, 0.77 at the
- * end), while 1.2 is in force`.
+ * The recorded settings with which the outputs are equal although the loop has other values: `the recording's GAIN (0.7 at first, 0.77
+ * at the end), while 1.2 is in force`.
  *
  * @param {Replayed["moving"]} moving
  * @param {Block} block
@@ -193,10 +197,10 @@ function withRecorded(moving, { variables }) {
 }
 
 /**
- * The conclusion: the main sentence, and further details.
+ * The conclusion: a headline and further details.
  *
  * @param {Replayed} replayed
- * @param {number | null} tolerance that of the user
+ * @param {number | null} tolerance the user's tolerance
  * @param {Block} block
  * @returns {{ headline: string, details: string[] }}
  */
@@ -224,12 +228,12 @@ export function verdict(replayed, tolerance, block) {
     return { headline: `The recording fits ${fit(settings, block)}.`, details: [equal, ...more] };
   }
   const difference = ofDifference(replayed, block);
-  // Where another setting explains it, nothing is accepted for the last digits of this one.
+  // If another setting explains the difference, the tolerance needs no mention.
   const coarse = suspects.some(({ fits }) => fits) ? "" : coarsely(replayed, block);
   const isRecorded = settings.length > 0;
   const recorded = isRecorded ? [`It was replayed with ${fit(settings, block)}, as recorded.`] : [];
   if (coarse) recorded.push(coarse);
-  // A difference between the settings of file and loop is the main point.
+  // A difference between the settings of recording and loop is the main point.
   const own = isRecorded ? `The recording has ${fit(settings, block)}, and even with that ` : "";
   const told = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
   const [first, ...others] = told.slice(0, MOST_EXPLANATIONS);
@@ -300,7 +304,7 @@ export function verdict(replayed, tolerance, block) {
     off > 0
       ? `The recording is noisy: replay it with ${rounded(off, "LREAL", 1)} in the field “equal within”, or how far a value may be off.`
       : "If the recording is noisy, say in the field “equal within” how far a value may be off.";
-  // A change that leaves most of the difference is not close.
+  // A change after which most values still differ is not a near miss.
   const all = outputs.reduce((sum, { different }) => sum + different, 0);
   const best = suspects.find(({ different }) => 2 * different <= all);
   const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;
@@ -323,12 +327,17 @@ export function verdict(replayed, tolerance, block) {
   };
 }
 
-/** That what counts as equal is much, of what an output moves by; empty if it is not. @param {Replayed} replayed @param {Block} block */
+/**
+ * A warning if the tolerance is large compared with the movement of an output; otherwise empty.
+ *
+ * @param {Replayed} replayed
+ * @param {Block} block
+ */
 function coarsely({ outputs }, { variables }) {
   const told = outputs.flatMap(({ variable, allowed, recorded }) => {
     const of = variables.find(({ name }) => name === variable);
     const known = recorded.filter((value) => Number.isFinite(value));
-    // An output that rests has no span, and nothing to compare the digits with.
+    // A constant output has no span with which the tolerance could be compared.
     const span = Math.max(...known) - Math.min(...known);
     if (isBoolean(of?.kind ?? "") || !(span > 0) || allowed <= COARSE * span) return [];
     const unit = unitText(of?.unit);
@@ -344,7 +353,7 @@ function listed(names) {
     : names.join(", ");
 }
 
-/** Where the outputs begin to differ, and by how much. @param {Replayed} replayed @param {Block} block */
+/** When the outputs begin to differ, and by how much. @param {Replayed} replayed @param {Block} block */
 function ofDifference({ outputs, calls }, { variables }) {
   const different = outputs.filter((one) => one.first !== null);
   const [begins] = [...different].sort((a, b) => (a.first?.[0] ?? 0) - (b.first?.[0] ?? 0));
@@ -360,7 +369,7 @@ function ofDifference({ outputs, calls }, { variables }) {
   return `${begins.variable} differs from cycle ${call} (${rounded(time, "LREAL")} s) on, ${by}${too}`;
 }
 
-/** Why equal outputs prove nothing, as sentences; none if they do. @param {Replayed} replayed @param {Block} block */
+/** Why equal outputs are no proof, as sentences; empty if they are. @param {Replayed} replayed @param {Block} block */
 function doubt({ doubt: why }, { controller }) {
   if (why === null) return [];
   const settings = controller.join(", ");

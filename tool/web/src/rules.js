@@ -1,5 +1,5 @@
 /**
- * The rules as a table, each with its predicted effects, and the settings of the chosen one beside the present ones.
+ * The tuning rules as a table with their predicted effects, and the settings of the chosen rule next to the current ones.
  *
  * @typedef {import("./messages").Tuned} Tuned
  * @typedef {import("tool/store.js").Work} Work
@@ -13,12 +13,12 @@ import { rounded, shown } from "tool/values.js";
  * The units of predicted figures, as displayed.
  *
  * @typedef {object} Units
- * @property {string} deviation of a difference of two process values
+ * @property {string} deviation unit of a difference between two process values
  * @property {string} iae
  * @property {string} travel
  */
 
-/** What the table says of each rule, beside its settings, and what an answer calls it where it is absent. */
+/** The metrics in the table besides the settings, with their keys in the engine's reasons for missing ones. */
 const METRICS = /** @type {[string, string][]} */ ([
   ["Ms", "sensitivity"],
   ["overshoot", "overshoot"],
@@ -30,7 +30,7 @@ const METRICS = /** @type {[string, string][]} */ ([
   ["gain margin", "gain_margin"],
   ["phase margin", "phase_margin"],
 ]);
-/** Columns omitted in a narrow and in a very narrow table: the list of the chosen rule has them. @type {Record<string, string>} */
+/** Columns omitted in narrow and very narrow tables; the list for the chosen rule has them. @type {Record<string, string>} */
 const DETAILS = {
   ...{ travel: "detail", recovers: "detail", "gain margin": "detail", "phase margin": "detail" },
   "load: deviation": "detail is-last",
@@ -41,7 +41,7 @@ const DETAILS = {
  *
  * @param {Work} loop
  * @param {import("./messages").RulesTable} table
- * @param {Tuned | undefined} present the settings in force, with what they lead to
+ * @param {Tuned | undefined} present the settings in force, with their predicted effects
  * @param {import("./messages").Rule} chosen
  * @param {Units} units
  * @param {(rule: import("./messages").Rule) => void} choose
@@ -99,13 +99,12 @@ export function rulesTable(loop, { rows, missing }, present, chosen, units, choo
 }
 
 /**
- * What a rule sets, in a line, and what one does with it, one after the other in one place: into force, and the step
- * that was predicted.
+ * The settings of a rule on one line, with buttons for the next actions in order: apply them, and run the predicted step.
  *
  * @param {string} rule
  * @param {Tuned} answer
  * @param {{ name: string, title: string, act: () => void }[]} next
- * @returns {{ row: HTMLElement, show: (at: number, words: string) => void }} `show` says which of them is next; those before it are done
+ * @returns {{ row: HTMLElement, show: (at: number, words: string) => void }} `show` sets the next action; earlier ones are done
  */
 export function applyRow(rule, answer, next) {
   const isStable = answer.sensitivity !== null;
@@ -133,7 +132,7 @@ export function applyRow(rule, answer, next) {
 }
 
 /**
- * The settings of a rule, with the resulting margins of the loop.
+ * The settings of a rule and the resulting margins of the loop.
  *
  * @param {Work} loop
  * @param {Tuned} answer

@@ -1,6 +1,6 @@
 /**
- * Runs the loop: paced by the clock or as fast as it goes; setpoint, disturbance, noise and manual value while it runs; and the
- * list of what was done, which can be repeated.
+ * Runs the loop, in real time or as fast as possible; changes setpoint, disturbance, noise and manual value during the run; and lists
+ * the events, which can be repeated.
  *
  * @typedef {import("./messages").Value} Value
  */
@@ -17,14 +17,14 @@ import { download } from "tool/takeaway.js";
 import { testMaker } from "tool/test_case.js";
 import { number, read, rounded, shown } from "tool/values.js";
 
-/** The duration of calls without a pause, in milliseconds, between which the page responds to the user. */
+/** How long calls are made without a break, in milliseconds; in the breaks, the page responds to the user. */
 const CHUNK = 20;
-/** A picture of the screen, in milliseconds: of calls that are nearer, several are made at once. */
+/** The duration of a screen frame, in milliseconds: if calls are due more often, several are made together. */
 const FRAME = 16;
 const MOST_CALLS = 20_000;
-/** So much is made up for after the page could not run: a page in the background is woken once a minute. */
+/** The maximum lag that is caught up, in milliseconds: a page in the background is woken once a minute. */
 const MOST_BEHIND = 120_000;
-/** A lag that is worth a word, in milliseconds. */
+/** The lag from which it is displayed, in milliseconds. */
 const WORTH_TELLING = 1000;
 const MOST_EVENTS = 500;
 /** The log's words for how a value was set. @type {Record<string, string>} */
@@ -35,37 +35,37 @@ const TOLD = { force: ", forced", write: ", written once" };
 /** @type {Speed} */
 let speed = 1;
 const SPEED = "plcfmu-speed";
-/** The run that is under way; another one ends it. @type {{} | undefined} */
+/** A token of the run in progress; a new run replaces it. @type {{} | undefined} */
 let running;
-/** When calls are due: from this moment and this number of calls on. */
+/** The reference for due calls: a time, and the number of calls made by then. */
 let clock = { wall: 0, calls: 0 };
-/** How many calls are made at once. */
+/** The number of calls made together. */
 let chunk = 1;
 /** The lag of the run behind the clock, in milliseconds. */
 let behind = 0;
 
-/** After how many calls the run pauses by itself. @type {number | undefined} */
+/** The number of calls after which the run pauses automatically. @type {number | undefined} */
 let end;
-/** Why the run has paused by itself. */
+/** Why the run paused automatically. */
 let ended = "";
-/** A run as fast as it goes that does not rest has so many calls: nobody wants days of it. */
+/** The maximum number of calls of a run at maximum speed that does not settle. */
 const MOST_UNRESTING = 20_000;
 
 /** @type {HTMLButtonElement} */
 let runButton;
-/** Makes the test of the run again, with the settings that were applied since it began. @type {HTMLButtonElement} */
+/** Repeats the test with the settings applied since it began. @type {HTMLButtonElement} */
 let againButton;
-/** When settings were applied last in the run, and when the step began that the metrics belong to, in seconds. */
+/** The time when settings were last applied in the run, and the start of the step to which the metrics belong, in seconds. */
 let [applied, stepped] = [0, 0];
-/** Whether settings were applied since the run began that would make it another one. */
+/** Whether settings have been applied since the run began that would change its result. */
 let isOffered = false;
-/** How long to run, in seconds; empty is until Pause. @type {HTMLInputElement} */
+/** How long to run, in seconds; if empty, until Pause. @type {HTMLInputElement} */
 let duration;
 /** @type {HTMLElement} */
 let status;
 /** @type {HTMLElement} */
 let controls;
-/** The setpoint, in the row of Run. @type {HTMLElement} */
+/** The setpoint, in the same row as Run. @type {HTMLElement} */
 let goal;
 /** @type {HTMLElement} */
 let done;
@@ -151,7 +151,7 @@ export function mount(content) {
     offerAgain(isOther);
   });
   store.on("figures", (/** @type {import("./messages").Figures} */ { from, step, disturbance }) => {
-    // The bar has those of the later of both.
+    // The bar shows the metrics of the later of the two.
     stepped = Math.max(step?.start ?? from, disturbance?.start ?? from);
     showFormer();
   });
@@ -187,7 +187,7 @@ export function mount(content) {
   showDone();
 }
 
-/** Makes no more calls. */
+/** Stops making calls. */
 export function pause() {
   if (!running) return;
   running = undefined;
@@ -207,8 +207,8 @@ async function runOrPause() {
 }
 
 /**
- * Applies typed values: a run with values other than the visible ones would mislead. If a value cannot be applied,
- * this is reported and nothing runs.
+ * Applies edits: a run with values other than the visible ones would be misleading. If a value cannot be applied, reports it; then
+ * nothing runs.
  */
 async function isApplied() {
   if (store.edited().length === 0 || (await store.send())) return true;
@@ -260,7 +260,7 @@ async function run() {
         }
       } else await store.calls(calls);
       const took = Math.max(performance.now() - begun, 0.05);
-      // A chunk grows slowly and shrinks at once.
+      // A chunk grows slowly and shrinks immediately.
       const fitting = Math.floor((calls * CHUNK) / took);
       chunk = Math.max(1, Math.min(fitting, calls * 2, MOST_CALLS));
       await breath();
@@ -271,7 +271,7 @@ async function run() {
   }
 }
 
-/** How long to run: undefined is without an end, null is no number. */
+/** The duration in the field: `undefined` if there is no end, `null` if the text is invalid. */
 function checkDuration() {
   if (duration.value.trim() === "") {
     attribute(duration, "aria-invalid", undefined);
@@ -300,7 +300,7 @@ function step() {
   return store.state?.step || 1;
 }
 
-/** How many calls the clock asks for now. The first is made at once: a call shows the state at its time. */
+/** The number of calls due now. The first is due immediately: a call shows the state at its own time. */
 function dueCalls() {
   if (speed === Infinity) return MOST_CALLS;
   let elapsed = performance.now() - clock.wall;
@@ -316,7 +316,7 @@ function dueCalls() {
 }
 
 /**
- * Waits for a moment of the clock.
+ * Waits until a given time.
  *
  * @param {number} moment
  */
@@ -329,7 +329,7 @@ const channel = new MessageChannel();
 const waiting = [];
 channel.port1.onmessage = () => waiting.shift()?.();
 
-/** Lets the page answer the user and draw. A timer would wait for 4 ms at least, and for a second in the background. */
+/** Lets the page handle input and draw. A timer would wait for at least 4 ms, and for a second in the background. */
 function breath() {
   return new Promise((done) => {
     waiting.push(() => done(undefined));
@@ -343,14 +343,14 @@ async function oneCall() {
   await store.calls(1).catch(store.say);
 }
 
-/** @param {boolean} next whether settings that were applied would make the run another one */
+/** @param {boolean} next whether applied settings would change the result of the run */
 function offerAgain(next) {
   isOffered = next;
   showFormer();
   showAgain();
 }
 
-/** Typed values are part of "these values", too. */
+/** Shows or hides the button Run again. Edits are part of "these values", too. */
 function showAgain() {
   const { loop } = store;
   const isSetting = (/** @type {string} */ name) => loop?.settings[name]?.variable.is_stimulus === false;
@@ -360,14 +360,14 @@ function showAgain() {
   showButton();
 }
 
-/** The metrics in the bar are of former settings, if the step or the disturbance that they belong to came before others were applied. */
+/** Marks the metrics in the bar as former if other settings were applied after their step or disturbance. */
 function showFormer() {
   byId("glance").classList.toggle("is-former", isOffered && stepped <= applied);
 }
 
 async function runAgain() {
   pause();
-  // What is typed is part of "these values".
+  // Edits are part of "these values".
   if (!(await isApplied())) return;
   await repeated("same_test");
   if (byId("run").contains(document.activeElement) || document.activeElement === document.body) runButton.focus();
@@ -379,7 +379,7 @@ async function reset() {
   await store.begin().catch(store.say);
 }
 
-/** The speed that this tab had before a reload. @returns {Speed} */
+/** This tab's speed from before a reload. @returns {Speed} */
 function keptSpeed() {
   try {
     const kept = Number(sessionStorage.getItem(SPEED) ?? 1);
@@ -395,7 +395,7 @@ function setSpeed(next) {
   try {
     sessionStorage.setItem(SPEED, String(next));
   } catch {
-    // No storage: it lasts as long as the page.
+    // No storage: the speed is lost on a reload.
   }
   duration.placeholder = next === Infinity ? "auto" : "–";
   for (const [factor, button] of speeds) attribute(button, "aria-pressed", String(factor === next));
@@ -422,7 +422,7 @@ function showStatus() {
   const calls = `${state.calls} ${state.calls === 1 ? "cycle" : "cycles"}`;
   const shown = [...stopped, `t = ${seconds(state.time, state.step)} s`, why, calls].filter(Boolean).join(", ");
   text(status, shown + late);
-  // The bar has not always room for it.
+  // The bar does not always have room for it.
   attribute(status, "title", shown);
 }
 
@@ -436,7 +436,7 @@ async function findFaults() {
 }
 
 /**
- * A time of the run, with the digits of its step.
+ * A time in the run, with as many digits as the step needs.
  *
  * @param {number} time
  * @param {number} step
@@ -458,13 +458,13 @@ async function now(values, isEvent = false) {
   }
 }
 
-/** Fields of the bar that show a setting: its name, and how the field is set. @type {Map<string, (value: Value) => void>} */
+/** Functions that set a field in the bar, by the name of its setting. @type {Map<string, (value: Value) => void>} */
 const fields = new Map();
 let shownControls = "";
-/** How many calls the run had made when the fields followed it last. */
+/** The number of calls when the fields were last updated from the run. */
 let followed = 0;
 
-/** Setpoint, disturbance, noise, manual value: those that the loop has. */
+/** Shows the controls that the loop has: setpoint, disturbance, noise, manual value. */
 async function showControls() {
   const loop = store.loop;
   if (!loop) {
@@ -495,17 +495,17 @@ async function showControls() {
   );
 }
 
-/** Settings have changed elsewhere. @param {string[]} names */
+/** Updates the fields after settings have changed elsewhere. @param {string[]} names */
 function followSettings(names) {
   for (const name of names) {
     const setting = store.loop?.settings[name];
-    // A disturbance is named with its member.
+    // The name of a disturbance includes its member.
     if (store.loop && setting) (fields.get(name) ?? fields.get(variable(store.loop, name)))?.(setting.sent);
   }
   scheduleDone();
 }
 
-/** The run has made calls: its events now take effect. */
+/** Updates the fields after calls, in which events have taken effect. */
 function followRun() {
   const state = store.isLive() ? store.state : undefined;
   if (!state || state.calls === followed) return;
@@ -548,7 +548,7 @@ function setpointControl(loop, name) {
 /** @param {Awaited<ReturnType<typeof disturbances>>} disturbing */
 function disturbanceControl(disturbing) {
   const place = element("span");
-  // A button says what it is.
+  // A switch needs the word; otherwise the button Disturb says it.
   const word = element("span", "Disturbance ");
   let at = 0;
   const names = disturbing.map(({ name }, number) => {
@@ -602,7 +602,7 @@ async function noiseControl(sensor) {
 }
 
 /**
- * A setting that is TRUE or FALSE.
+ * A check box for a Boolean setting.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {string} name
@@ -623,7 +623,7 @@ function switchBox(loop, name, word, title) {
 }
 
 /**
- * Manual mode of a step controller: its motor runs while a switch is on.
+ * The manual mode of a step controller: its motor runs while a switch is on.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {[string, [string, string]]} manual
@@ -669,11 +669,11 @@ function manualControl(loop, [onName, valueName]) {
   );
 }
 
-/** The outputs that are TRUE while a plant has stopped. @type {string[]} */
+/** The outputs that are TRUE while a plant is tripped. @type {string[]} */
 let faultNames = [];
 let isDoneScheduled = false;
 
-/** The list is not made anew at each call of a ramp. */
+/** Redraws the list soon, rather than in each call of a ramp. */
 function scheduleDone() {
   if (isDoneScheduled) return;
   isDoneScheduled = true;
@@ -683,7 +683,7 @@ function scheduleDone() {
   }, 150);
 }
 
-/** The events of the run, as a list that can be repeated and saved. */
+/** Shows the events of the run as a list that can be repeated and saved. */
 async function showDone() {
   const loop = store.loop;
   if (!loop || !store.isLive()) {
@@ -747,7 +747,7 @@ async function showDone() {
 }
 
 /**
- * Events as a list: those of a ramp are one line.
+ * Events as a list, with one line per ramp.
  *
  * @param {import("./messages").Event[]} events
  */

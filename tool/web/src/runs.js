@@ -1,20 +1,20 @@
 /**
- * The runs of a loop as a list: name, settings that differ, figures side by side, a colour, and whether they are drawn. A run can
- * be made again: the same test with the present settings, or the same record to the same bits.
+ * The runs of a loop as a list: name, settings that differ, figures side by side, a colour, and whether they are drawn. A run can be
+ * repeated: as the same test with the current settings, or bit for bit.
  *
  * @typedef {import("./messages").Figure} Figure
  * @typedef {import("tool/store.js").Work} Work
  *
- * @typedef {object} Kept a run of the list, plain data
+ * @typedef {object} Kept a run in the list, plain data
  * @property {number} run its number in the engine
  * @property {string} name
- * @property {number} colour its place among the colours of runs; the present run has those of the signals
+ * @property {number} colour its index in the colours of runs; the current run has the colours of the signals
  * @property {boolean} isShown
  * @property {import("./messages").Setup} setup
  * @property {import("./messages").Event[]} events
  * @property {number} calls
  * @property {Figure[]} figures
- * @property {import("./messages").Happened | null} [step] the step that the figures belong to
+ * @property {import("./messages").Happened | null} [step] the step to which the figures belong
  */
 
 import { swatch, theme } from "tool/charts.js";
@@ -25,9 +25,9 @@ import { repeated } from "tool/moment.js";
 import { split, store } from "tool/store.js";
 import { rounded, same, shown } from "tool/values.js";
 
-/** As many as the engine keeps, with the present one. */
+/** The number of runs that the engine keeps, including the current one. */
 const MOST = 6;
-/** A run with more of them is not made again after a reload. */
+/** A run with more events is not repeated after a reload. */
 const MOST_EVENTS = 5000;
 
 /** @type {HTMLElement} */
@@ -56,7 +56,7 @@ export function mount(content) {
 }
 
 /**
- * The runs of a loop, the last one last.
+ * The runs of a loop, latest last.
  *
  * @param {Work | undefined} loop
  * @returns {Kept[]}
@@ -67,13 +67,13 @@ export function runsOf(loop) {
   return loop.notes.runs;
 }
 
-/** The list's entry of the present run. */
+/** The list entry of the current run. */
 function present() {
   return store.isLive() ? runsOf(store.loop).find(({ run }) => run === store.state?.run) : undefined;
 }
 
 /**
- * A run has begun: the previous one is kept with its events.
+ * Adds a new run to the list and completes the entry of the previous one.
  *
  * @param {import("./messages").Setup} setup
  */
@@ -108,7 +108,7 @@ async function complete(loop, kept) {
     if (calls > 0) ({ figures: kept.figures, step: kept.step } = await figuresOf(loop, kept.run));
     show();
   } catch {
-    // The engine no longer has it: the list keeps its data.
+    // The engine no longer has the run: the list keeps its data.
   }
 }
 
@@ -132,7 +132,7 @@ const tried = (action) => async () => {
   }
 };
 
-/** The two buttons that make the present run again. */
+/** The two buttons that repeat the current run. */
 export function againButtons() {
   const test = "The same setpoints, manual values and disturbances, with the present settings";
   const bits = "The same record: the same start, the same settings, bit for bit. Undo restores the present settings";
@@ -143,7 +143,7 @@ export function againButtons() {
 }
 
 /**
- * All values that the variables of the controller had in the calls of a run, each with its last one last.
+ * All values that the controller's variables had in the calls of a run, in order.
  *
  * @param {Work} loop
  * @param {Pick<Kept, "setup" | "events" | "calls">} of
@@ -156,7 +156,7 @@ function valuesIn(loop, { setup, events, calls }) {
     const [member, name] = split(variable);
     const values = all.get(name);
     if (call >= calls || member !== loop.member || !values) continue;
-    // Values set before the first call were in force in all of them.
+    // A value set before the first call replaces the value from the setup.
     if (call === 0) values.length = 0;
     values.push(value);
   }
@@ -164,7 +164,7 @@ function valuesIn(loop, { setup, events, calls }) {
 }
 
 /**
- * The settings of a run, those of the controller that are no stimuli, with the values that each had one after the other.
+ * The controller settings of a run, without stimuli, each with its successive values.
  *
  * @param {Work} loop
  * @param {Kept} kept
@@ -179,7 +179,7 @@ function settingsOf(loop, kept) {
   );
 }
 
-/** The data of the present run are its events so far. */
+/** Updates the entry of the current run with its events so far. */
 async function follow() {
   const [loop, now] = [store.loop, present()];
   if (!loop || !now) return;
@@ -189,8 +189,8 @@ async function follow() {
 }
 
 /**
- * The settings of a loop before those of now, for a report: at the end of the run with which it is compared; without one, those with
- * which the loop came under work.
+ * The previous settings of a loop, for a report: at the end of the run with which it is compared, or by default those with which the
+ * loop was opened.
  *
  * @param {Work} loop
  * @param {number} [run]
@@ -204,7 +204,7 @@ export async function settingsBefore(loop, run) {
 }
 
 /**
- * Whether the test of the present run would be another one with the settings in force: the run had other ones in some of its calls.
+ * Whether the settings in force would change the current run, because it had other settings in some of its calls.
  *
  * @param {Work} loop
  */
@@ -220,7 +220,7 @@ export async function isAnotherTest(loop) {
  * The names of the settings in which runs differ.
  *
  * @param {Work} loop
- * @param {ReturnType<typeof settingsOf>[]} all the settings of each
+ * @param {ReturnType<typeof settingsOf>[]} all the settings of each run
  */
 function differingOf(loop, all) {
   return [...(all[0]?.keys() ?? [])].filter((name) => {
@@ -233,7 +233,7 @@ function differingOf(loop, all) {
 }
 
 /**
- * The runs that are drawn and have the same step as the last one, with the settings in which they differ, for a report.
+ * The drawn runs with the same step as the last run, with the settings in which they differ, for a report.
  *
  * @param {Work} loop
  * @returns {import("./messages").ReportedRun[]}
@@ -290,7 +290,7 @@ function show() {
 /**
  * @param {Work} loop
  * @param {Kept} kept
- * @param {string} values of the settings that differ
+ * @param {string} values text of the settings that differ
  * @param {string[]} metrics keys
  */
 function row(loop, kept, values, metrics) {

@@ -1,14 +1,14 @@
 /**
- * A run repeated after the program was changed, with the same events, and the differences, call by call.
+ * Repeats a run with the same events after a program change and compares the two, call by call.
  *
  * @typedef {import("tool/store.js").Work} Work
  *
  * @typedef {object} Compared
  * @property {number} run
  * @property {number} of the run with which it is compared
- * @property {string} name that of the other run
- * @property {number} calls how many calls both have
- * @property {Map<string, number>} first the first call that differs, by the variable
+ * @property {string} name name of the other run
+ * @property {number} calls number of calls that both have
+ * @property {Map<string, number>} first first call that differs, by variable
  */
 
 import { ask } from "tool/engine.js";
@@ -27,17 +27,17 @@ store.on("loop", () => {
   result = undefined;
 });
 
-/** The run with which the present one was compared, if any. */
+/** The comparison of the current run with an earlier one, if any. */
 export function compared() {
   return store.isLive() && result?.run === store.state?.run ? result : undefined;
 }
 
-/** Whether there is a run to be made again. @param {Work | undefined} loop */
+/** Whether there is a run that can be repeated. @param {Work | undefined} loop */
 export function hasRun(loop) {
   return (runsOf(loop).at(-1)?.calls ?? 0) > 0;
 }
 
-/** Repeats the last run of the shown loop with the present program and plant. */
+/** Repeats the last run of the current loop with the current program and plant. */
 export async function sameAgain() {
   const loop = store.loop;
   const last = runsOf(loop).at(-1);
@@ -56,7 +56,7 @@ export async function sameAgain() {
   ];
   const known = new Set(loop.description.variables.map(({ name }) => `${loop.member}.${name}`));
   const isKnown = (/** @type {string} */ name) => split(name)[0] !== loop.member || known.has(name);
-  // Variables that the changed program lacks are neither set nor connected.
+  // Skip events and connections of variables that the changed program no longer has.
   const connections = setup.connections.filter((wire) => wire.every(isKnown));
   const done = events.filter(({ variable }) => isKnown(variable));
   await remake(loop, { setup: { ...setup, members, connections }, events: done, calls });
@@ -96,7 +96,12 @@ async function compare(loop, other) {
   store.emit("compared");
 }
 
-/** The comparison as a sentence, with the variable that differs first. @param {Compared} of @param {(call: number) => number} timeOf */
+/**
+ * The comparison as a sentence, with the variable that differs first.
+ *
+ * @param {Compared} of
+ * @param {(call: number) => number} timeOf
+ */
 export function comparedText({ name, first, calls }, timeOf) {
   if (first.size === 0) return `All as in ${name}: every variable, in ${calls} cycles`;
   const [earliest, call] = [...first].reduce((one, two) => (two[1] < one[1] ? two : one));

@@ -1,6 +1,6 @@
 /**
- * What a saved file will have, before it is saved: each setting that differs, of each loop, with the old and the new value, and each
- * edit that is not in force and so will not be in the file.
+ * A preview of a file to be saved: each setting of each loop that differs, with its old and its new value, and each edit that has not
+ * been applied and therefore will not be saved.
  *
  * @typedef {import("tool/store.js").Work} Work
  * @typedef {import("tool/store.js").Setting} Setting
@@ -11,11 +11,11 @@ import { manualSwitch } from "tool/signals.js";
 import { isEdited, store } from "tool/store.js";
 import { same, shown } from "tool/values.js";
 
-/** A table of more rows is no longer read. */
+/** The maximum number of rows in the table. */
 const MOST = 40;
 
 /**
- * Whether a setpoint, a mode and the like is another one in the run than in the file.
+ * Whether a stimulus, such as a setpoint or a mode, differs between run and file.
  *
  * @param {Setting} one
  */
@@ -29,7 +29,7 @@ function isChanged(one) {
 }
 
 /**
- * Whether the saved file has a loop in manual mode with the stimuli of its run: in the PLC it would then not control.
+ * Whether the saved file would leave a loop in manual mode: in the PLC, the loop would not be controlled.
  *
  * @param {Work} loop
  * @param {boolean} withTried
@@ -45,8 +45,8 @@ function staysManual(loop, withTried) {
  * Shows what will be saved.
  *
  * @param {HTMLElement} within
- * @param {Work[]} loops those of the file
- * @param {boolean} withTried whether the file gets what the loops were tried with, too
+ * @param {Work[]} loops the loops in the file
+ * @param {boolean} withTried whether the file also contains the stimuli of the run
  */
 export function showSaved(within, loops, withTried) {
   const all = loops.flatMap((loop) => Object.entries(loop.settings).map(([name, one]) => ({ loop, name, one })));

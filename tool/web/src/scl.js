@@ -1,4 +1,4 @@
-/** SCL for display: its words, comments and literals are highlighted. */
+/** Highlights keywords, comments and literals in SCL. */
 
 import { element } from "tool/dom.js";
 
@@ -6,12 +6,12 @@ const WORDS =
   /^(AND|ARRAY|AT|BEGIN|BY|CASE|CONSTANT|CONTINUE|DATA_BLOCK|DIV|DO|ELSE|ELSIF|END_[A-Z_]+|EXIT|FALSE|FOR|FUNCTION|FUNCTION_BLOCK|GOTO|IF|MOD|NOT|OF|OR|ORGANIZATION_BLOCK|REGION|REPEAT|RETAIN|RETURN|STRUCT|THEN|TITLE|TO|TRUE|TYPE|UNTIL|VAR|VAR_[A-Z_]+|VERSION|WHILE|XOR)$/i;
 /** The style of names: variables and blocks. */
 export const NAME = "is-name";
-/** A comment to the end of the line, one that begins, a text, a literal, a word, anything else. */
+/** A comment to the end of the line, the start of a block comment, a quoted text, a literal, a word, anything else. */
 const PARTS =
   /(\/\/.*)|(\(\*|\/\*)|('(?:\$.|[^'$])*'|"[^"]*")|(#[A-Za-z_]\w*|[A-Za-z_]\w*#[\w.+-]*|\d[\w.#]*)|([A-Za-z_]\w*)|([^A-Za-z_0-9#'"(/]+|.)/g;
 
 /**
- * The lines of a source, each as the elements of its parts.
+ * The lines of a source, each as a list of highlighted parts.
  *
  * @param {string[]} lines
  * @returns {(string | HTMLElement)[][]}
@@ -26,7 +26,7 @@ export function coloured(lines) {
 }
 
 /**
- * The lines of a source, each as its code and as the text of its comment.
+ * The lines of a source, each split into its code and the text of its comment.
  *
  * @param {string[]} lines
  */
@@ -44,7 +44,7 @@ export function lookOf(lines) {
 }
 
 /**
- * The parts of each line with their looks. A comment may go over several lines.
+ * The parts of each line with their styles. A comment may span several lines.
  *
  * @param {string[]} lines
  * @returns {[string, string][][]}

@@ -1,6 +1,6 @@
 /**
- * What a reload of the page does not lose: loops, values, and what was done in the run. It is kept in sessionStorage, which
- * belongs to the tab and ends with it, and less often among the last sessions, which do not.
+ * The session, which survives a reload of the page: loops, values, and the events of the run. It is saved in sessionStorage, which is
+ * lost with the tab, and less often in the list of the last sessions, which is not.
  */
 
 import { ask } from "tool/engine.js";
@@ -12,29 +12,29 @@ import { store } from "tool/store.js";
 
 const KEY = "plcfmu";
 const VERSION = 2;
-/** A run of more calls is not made again. */
+/** A run with more calls is not repeated. */
 const MOST_CALLS = 200_000;
-/** Nor is one in which more was set: a long ramp sets a value in each call. */
+/** Nor is a run with more events: a long ramp sets a value in each call. */
 const MOST_EVENTS = 5000;
-/** So soon a change is kept, and so often the session is kept beyond the tab, in milliseconds. */
+/** The delay before a change is saved, and the interval at which the session is saved beyond the tab, in milliseconds. */
 const [SOON, OFTEN] = [300, 3000];
 let keptLast = 0;
-/** Whether another session replaces this one: its data are not overwritten. */
+/** Whether another session is replacing this one: its data must not be overwritten. */
 let isLeaving = false;
 
-/** The setup of the present run. @type {import("./messages").Setup | undefined} */
+/** The setup of the current run. @type {import("./messages").Setup | undefined} */
 let setup;
 /** @type {import("./messages").Event[]} */
 let events = [];
 
-/** Whether a value was set since the events were read. */
+/** Whether a value has been set since the events were read. */
 let isSet = false;
 
-/** Keeps the present work from now on. */
+/** Starts saving the session on every change. */
 export function keep() {
   let [timer, due] = [0, 0];
   const within = (/** @type {number} */ pause) => {
-    // During a run there is always something new: it does not postpone a pending save.
+    // During a run something changes all the time: that must not postpone a pending save.
     if (timer !== 0 && due <= Date.now() + pause) return;
     clearTimeout(timer);
     due = Date.now() + pause;
@@ -54,7 +54,7 @@ export function keep() {
     });
   }
   for (const what of ["files", "loops", "loop", "settings", "plant", "run"]) store.on(what, () => within(SOON));
-  // Of calls only their number is kept.
+  // A call changes only the number of calls to be saved.
   store.on("state", () => within(OFTEN));
   addEventListener("pagehide", () => {
     keptLast = 0;
@@ -103,7 +103,7 @@ function save() {
     loops,
     run,
   };
-  // A file of thousands of loops is too large for it: then the loops under work are kept, and the file is opened again.
+  // A file with thousands of loops is too large: then save only the open loops; the user has to reopen the file.
   for (const files of [store.files.filter(({ isRefused }) => !isRefused), []]) {
     try {
       const content = JSON.stringify({ ...kept, files });
@@ -119,14 +119,14 @@ function save() {
   }
 }
 
-/** Goes on with a kept session, from its beginning as after a reload. @param {import("tool/kept.js").KeptSession} session */
+/** Restores a saved session by reloading the page. @param {import("tool/kept.js").KeptSession} session */
 export function goOn(session) {
   isLeaving = true;
   takeUp(session, KEY);
   location.reload();
 }
 
-/** Restores the work from before the reload. */
+/** Restores the session from before the reload. */
 export async function resume() {
   let kept;
   try {
@@ -135,14 +135,14 @@ export async function resume() {
     return;
   }
   if (kept?.version !== VERSION) return;
-  // In the order in which they came they have the names that the loops know.
+  // Translated in the original order, the programs get the names that the loops refer to.
   for (const program of kept.programs ?? []) await admit(program).catch(store.say);
   store.files = kept.files;
   store.emit("files");
   for (const one of kept.loops) await resumeLoop(one).catch(store.say);
   const shown = store.loops[kept.shown];
   if (shown) store.show(shown);
-  // A run that is not repeated is not in the list of runs either.
+  // Runs that are not repeated are removed from the list.
   for (const [at, loop] of store.loops.entries()) if (at !== kept.run?.of) delete loop.notes.runs;
   if (kept.run && store.loops[kept.run.of]) await resumeRun(kept.run).catch(store.say);
 }
@@ -158,7 +158,7 @@ async function resumeLoop(one) {
   Object.assign(loop, { undo: one.undo ?? [], redo: one.redo ?? [] });
   store.emit("loop");
   store.emit("plant");
-  // Fields that were drawn with the start values follow.
+  // Update fields that were drawn with the start values.
   store.emit("settings", Object.keys(loop.settings));
   await store.check();
 }
@@ -166,7 +166,7 @@ async function resumeLoop(one) {
 /** @param {{ of: number } & import("tool/remake.js").Made} run */
 async function resumeRun(run) {
   const loop = store.loops[run.of];
-  // The engine numbers them anew.
+  // The engine renumbers the runs.
   const before = runsOf(loop).splice(0);
   for (const kept of before.slice(0, -1)) {
     if (kept.calls > MOST_CALLS) continue;

@@ -1,5 +1,5 @@
 /**
- * The variables of a loop's members, and which of them are setpoint, process value and manipulated value.
+ * The variables of a loop's members, and their roles: setpoint, process value, manipulated value.
  *
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("./messages").Description} Description
@@ -10,12 +10,12 @@
  * @property {string} member `TIC101`
  * @property {Variable} variable
  *
- * @typedef {object} Roles what the signals of a loop are, by their names in the engine
+ * @typedef {object} Roles signals of a loop by role, under their names in the engine
  * @property {string | undefined} setpoint
  * @property {string | undefined} processValue
  * @property {string | undefined} manipulatedValue
  * @property {string[]} pulses
- * @property {string | undefined} manual the switch
+ * @property {string | undefined} manual switch to manual mode
  */
 
 import { ask } from "tool/engine.js";
@@ -36,8 +36,7 @@ export async function signals(loop) {
 }
 
 /**
- * The units of a loop's process value and manipulated value, as FMI names them. A controller's table leaves them open; its plant
- * knows them.
+ * The FMI units of a loop's process value and manipulated value. A controller may not specify them; then they come from its plant.
  *
  * @param {Work} loop
  * @returns {Promise<{ processValue: string, manipulatedValue: string }>}
@@ -55,11 +54,11 @@ export async function units(loop) {
   const plants = [...members]
     .slice(1)
     .flatMap(([name, { roles }]) => (roles.process_value ? `${name}.${roles.process_value}` : []));
-  // A setpoint that is compared with nothing, such as that of a ramp, has not the unit of the plant.
+  // A setpoint that is not compared with a process value, such as the target of a ramp, does not have the plant's unit.
   const outputs = processValue ? plants.map(unit).filter(Boolean) : [];
   return {
     processValue: unit(processValue) || unit(setpoint) || (outputs[0] ?? ""),
-    // A mean of pulses is a part of their period.
+    // The mean of pulses is a fraction of their period.
     manipulatedValue: unit(manipulatedValue) || unit(input) || (pulsePeriod(loop) === undefined ? "" : "%"),
   };
 }
@@ -107,7 +106,7 @@ export function roles(loop) {
 }
 
 /**
- * What the loop controls: the controller's process value, or that of the plant where the controller has none.
+ * The controlled variable: the controller's process value, or the plant's if the controller has none.
  *
  * @param {Work} loop
  * @returns {Promise<string | undefined>}
@@ -120,7 +119,7 @@ export async function controlledValue(loop) {
 }
 
 /**
- * The outputs that are TRUE while a plant has stopped, such as the trip of a drive.
+ * The outputs that are TRUE while a plant is tripped, such as a drive.
  *
  * @param {Work} loop
  * @returns {Promise<string[]>}
@@ -132,8 +131,8 @@ export async function faults(loop) {
 }
 
 /**
- * Over how many seconds the pulses of a controller are averaged: the period of its pulse former, if its manipulated value is a
- * mean of pulses.
+ * The averaging time for the pulses of a controller, in seconds: the period of its pulse former, if its manipulated value is a mean of
+ * pulses.
  *
  * @param {Work} loop
  * @returns {number | undefined}
@@ -144,12 +143,12 @@ export function pulsePeriod(loop) {
   const kind = loop.description.variables.find((one) => one.name === output)?.kind;
   if (!period || kind !== "LREAL") return undefined;
   const cycle = loop.settings[loop.description.cycle ?? ""]?.sent;
-  // The period is a time, or a number of calls.
+  // The period is either a time or a number of calls.
   return isTime(period.variable.kind) ? Number(period.sent) : Number(period.sent) * Number(cycle ?? 1);
 }
 
 /**
- * The manipulated value of now; of pulses it is the mean of the last period.
+ * The current manipulated value; for pulses, the mean over the last period.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {string} name
@@ -164,7 +163,7 @@ export async function presentOutput(loop, name) {
 }
 
 /**
- * How a signal is called where its loop is clear: the controller's variables by their own name, those of others in full.
+ * The name of a signal within its loop: short for the controller's variables, in full for those of other members.
  *
  * @param {Work} loop
  * @param {string} name
@@ -179,7 +178,7 @@ export function isSwitch(one) {
 }
 
 /**
- * A unit as written after a number; empty for a plain number. FMI allows no degree sign.
+ * A unit as displayed after a number; empty for a plain number. FMI does not allow a degree sign.
  *
  * @param {string | null | undefined} unit
  */
@@ -188,7 +187,7 @@ export function unitText(unit) {
 }
 
 /**
- * The unit of a difference of two values, as displayed: for temperatures K, as in the figures of a run.
+ * The unit of a difference between two values, as displayed: K for temperatures, as in the figures of a run.
  *
  * @param {string | null | undefined} unit
  */

@@ -1,5 +1,5 @@
 /**
- * The steps of a program: the variables selected by a CASE, and the source's names of their values.
+ * The steps of a sequence in a program: the variables of CASE statements, and the names of their values in the source.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").CodeBlock} Block
@@ -8,13 +8,13 @@
 
 import { lookOf } from "tool/scl.js";
 
-/** What may be the labels of a CASE, at the beginning of a line, and one of them. */
+/** The possible labels of a CASE at the beginning of a line, and a single label. */
 const [LABELS, LABEL] = [/^([^:]+):(?!=)/, /^\s*[#"\w.+-]+\s*$/];
 const WHOLE = /^[+-]?\d+$/;
 
 /**
- * The names of the values of each variable over which a CASE goes, by the variable's path in the program in capitals. A value that
- * is a constant has the constant's name, a number the comment behind it; a value without either has none.
+ * The names of the values of each CASE variable, by the variable's path in the program, in capitals. The name of a value is the
+ * constant used as its label, or the comment after a number; otherwise it has none.
  *
  * @param {Compiled} compiled
  * @param {Program} program
@@ -25,7 +25,7 @@ export function steps(compiled, program) {
   const found = new Map();
   for (const [file, source] of compiled.sources.entries()) {
     const lines = lookOf(source.text.split(/\r\n|\n|\r/));
-    /** The CASEs that are open, the innermost last; one that is over no variable has no names. @type {(Map<number, string> | undefined)[]} */
+    /** The open CASEs, innermost last; `undefined` if a CASE is not over a variable. @type {(Map<number, string> | undefined)[]} */
     const open = [];
     for (const [at, { code, comment }] of lines.entries()) {
       const block = compiled.blocks.findLast((one) => one.file === file && one.line <= at + 1);
@@ -44,7 +44,7 @@ export function steps(compiled, program) {
 }
 
 /**
- * The path of the variable that is all of an expression, as the block's lines name it.
+ * The variable that makes up a whole expression, from the names in the block's lines.
  *
  * @param {string} expression
  * @param {number} line
@@ -56,7 +56,7 @@ function variableOf(expression, line, block) {
 }
 
 /**
- * A variable of a block in each of its instances.
+ * The paths of a block's variable in all instances.
  *
  * @param {Compiled} compiled
  * @param {Block} block
@@ -74,7 +74,7 @@ function pathsOf(compiled, block, { path, is_global: isGlobal }) {
  */
 function namesOf(found, paths) {
   const plain = paths.map((path) => path.replaceAll("'", "").toUpperCase());
-  // A second CASE over the variable adds to the names.
+  // A second CASE over the same variable adds to its names.
   const names = found.get(plain[0] ?? "") ?? new Map();
   for (const path of plain) found.set(path, names);
   return names;

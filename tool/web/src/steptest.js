@@ -1,5 +1,5 @@
 /**
- * The step that a user makes: from where the loop is, or was before the last step of the run, to the setpoint.
+ * The setpoint step that a user makes: from the current state of the loop, or its state before the last step of the run.
  *
  * @typedef {import("tool/store.js").Work} Work
  */
@@ -10,21 +10,21 @@ import { controlledValue, manualSwitch, presentOutput, pulsePeriod } from "tool/
 import { source, store, variable, wiredTo } from "tool/store.js";
 import { number, same } from "tool/values.js";
 
-/** A setpoint that is nearer to the process value, as a part of both, is no step. */
+/** The smallest step, as a fraction of setpoint and process value. */
 const LEAST = 1e-3;
 
-/** A part of a setpoint that is as good as 0. */
+/** The fraction of a setpoint below which a value counts as 0. */
 const NOTHING = 1e-6;
 
 /**
- * The step to predict, and where its curve begins in the picture of the run. It begins in automatic mode, at rest.
+ * The step to predict, and the origin of its curve in the picture of the run. The step begins in automatic mode, at rest.
  *
  * @param {Work} loop
- * @param {{ from: string, to: string }} typed process value before and setpoint after it; empty for those of the run
+ * @param {{ from: string, to: string }} typed process value before the step and setpoint after it; if empty, taken from the run
  * @param {import("./messages").Model} model
  * @returns {Promise<{ step: import("./messages").Step, band: number | null, origin: import("tool/overlay.js").Origin, same: string }>}
- *   `band` is the one in which a run of the loop has recovered, which what is typed does not change; `same` is what start and target both
- *   are, if they are typed so, else empty
+ *   `band` is the recovery band of a run of the loop, regardless of the typed values; `same` is the typed target if it equals the
+ *   start, else empty
  */
 export async function userStep(loop, typed, model) {
   const { setpoint } = loop.description.roles;
@@ -32,18 +32,18 @@ export async function userStep(loop, typed, model) {
   // A setpoint that was never set is not a target: 0 degC in a furnace.
   const goal = aim && source(aim) !== "start" ? number(aim.sent) : Number.NaN;
   const to = typed.to === "" ? goal : Number(typed.to);
-  // The step to where the setpoint is has been made, or is about to be; another one begins where the loop is now.
-  // What is typed may have more digits than the block holds.
+  // A step to the current setpoint has been made or is about to be; any other step starts from the current state.
+  // The typed target may have more digits than the block holds.
   const isNext = typed.to !== "" && !(aim && same(aim.variable.kind, to, goal));
   const before = await restBefore(loop, goal, isNext);
-  // A process value that comes to rest at 0 never quite reaches it.
+  // A process value that settles to 0 never quite reaches it.
   const rest = Math.abs(before.processValue) < NOTHING * Math.abs(to) ? 0 : before.processValue;
   const from = typed.from === "" ? rest : Number(typed.from);
   const isFar = (/** @type {number} */ one, /** @type {number} */ other) =>
     Math.abs(one - other) > LEAST * Math.max(Math.abs(one), Math.abs(other));
   const isStep = isFar(to, from);
   const isSame = typed.to !== "" && !isStep && Number.isFinite(to) && Number.isFinite(from);
-  // Where the user lets it begin, another manipulated value holds the plant.
+  // At a start value entered by the user, another manipulated value holds the plant.
   const moved = typed.from === "" || model.is_integrating ? 0 : (from - before.processValue) / model.gain;
   const manual = before.manipulatedValue + moved;
   const step = {
@@ -58,7 +58,7 @@ export async function userStep(loop, typed, model) {
 }
 
 /**
- * The loop before the last step of the setpoint in automatic mode; else, or for the next step, the loop of now.
+ * The state of the loop before the last setpoint step in automatic mode; without one, or for the next step, the current state.
  *
  * @param {Work} loop
  * @param {number} goal the setpoint, or NaN
@@ -73,7 +73,7 @@ async function restBefore(loop, goal, isNext) {
   const isManual = manualOn !== undefined && loop.settings[manualOn]?.sent === true;
   const processValue = await controlledValue(loop);
   if (state.calls === 0) {
-    // The run that begins is the step: from where the plant begins, which no call has shown yet, with a controller that has done nothing.
+    // The start of the run is the step: from the plant's initial value, before any call, with a controller that has not acted yet.
     const source = wiredTo(loop, loop.description.roles.process_value ?? "") ?? processValue;
     const begun = isManual && manual ? number(loop.settings[manual[1]]?.sent) : 0;
     return { time: 0, processValue: number(state.values[source ?? ""]), manipulatedValue: begun };
@@ -84,22 +84,22 @@ async function restBefore(loop, goal, isNext) {
     manipulatedValue: output ? number(await presentOutput(loop, variable(loop, output))) : Number.NaN,
   };
   if (isManual || !processValue) return now;
-  // In automatic mode the loop rests at its setpoint.
+  // In automatic mode, the loop settles at its setpoint.
   const rests = Number.isFinite(goal) ? { ...now, processValue: goal } : now;
   if (isNext) return rests;
   const { events } = await ask({ do: "events" });
   const isSwitch = (/** @type {import("./messages").Event} */ { variable: name }) =>
     manualOn !== undefined && name === variable(loop, manualOn);
   const switched = events.findLastIndex(isSwitch);
-  // Automatic mode is still to come: the loop is where manual mode held it.
+  // Automatic mode has not begun yet: the loop is where manual mode holds it.
   if (switched >= 0 && events[switched].call >= state.calls) return now;
   const automatic = events.slice(switched + 1);
   const steps = automatic.filter(({ variable: name }) => setpoint && name === variable(loop, setpoint));
-  // A ramp sets a value in each call: it begins with the first of them.
+  // A ramp sets a value in each call: find the first one.
   let at = steps.length - 1;
   while (at > 0 && steps[at].call - steps[at - 1].call <= 1) at -= 1;
   const first = steps[at];
-  // A value that was just set takes effect later.
+  // A value that was just set has not taken effect yet.
   if (first && first.call >= state.calls) return now;
   if (!first || first.call === 0) return rests;
   const rest = first.time - state.step;

@@ -1,52 +1,53 @@
 /**
- * The state of the page, and all functions that change it. Panels show it, call its functions, and listen to changes.
+ * The state of the page, and all functions that change it. Panels display it, call its functions and listen for changes.
  *
  * # For the panels
  *
- * - `store.loop` is the {@link Work} that is shown, `store.loops` are all under work. A Work has its settings by name, each with
- *   the start value of the block, the value of the file, the value in force (`sent`) and the one in the field (`value`); it is
- *   *edited* as long as these two differ, and `store.send()` puts the edited ones in force: in the engine's run too, if this
- *   loop runs there. `loop.members` are the other FMUs of the loop (plant, sensor), `loop.connections` the wires between them,
- *   `loop.step` and `loop.exchange` how they are stepped, all as `start` takes them; change them with `store.connect(...)`.
- * - The controller's member is named as the loop, made plain: `loop.member`. Its variables in the engine are
- *   `variable(loop, "GAIN")` = `TIC101.GAIN`.
- * - A run: `store.begin()` starts (Setup from the loop), `store.calls(n)` makes calls, `store.repeat(...)` makes it again, `store.now(values)`
- *   sets live values at once (setpoint, MAN, disturbances), `store.ramp(...)`. Each resolves to the State and is `store.state`
- *   from then on. `store.isLive()` says whether the engine's present run is that of the shown loop. `loop.runs` are the
- *   numbers of its runs in the engine, the last one last.
- * - Requests of a panel's own go through `ask` of engine.js; show an error with `store.say(error)` or beside what caused it.
+ * - `store.loop` is the current {@link Work}, `store.loops` are all open ones. A Work has its settings by name, each with the
+ *   block's start value, the value in the file, the value in force (`sent`) and the value in the field (`value`). A setting is
+ *   *edited* while the last two differ; `store.send()` puts edited values in force, also in the engine's run if it belongs to this
+ *   loop. `loop.members` are the other FMUs of the loop (plant, sensor), `loop.connections` the connections between them,
+ *   `loop.step` and `loop.exchange` determine how they are stepped, all in the form that `start` accepts; change them with
+ *   `store.connect(...)`.
+ * - `loop.member` is the name of the controller's member: the loop's name, reduced to plain characters. Its variables in the engine
+ *   are `variable(loop, "GAIN")` = `TIC101.GAIN`.
+ * - A run: `store.begin()` starts it (Setup from the loop), `store.calls(n)` makes calls, `store.repeat(...)` repeats it,
+ *   `store.now(values)` sets live values immediately (setpoint, MAN, disturbances), `store.ramp(...)` ramps a value. Each resolves to
+ *   the new State, which becomes `store.state`. `store.isLive()` tells whether the engine's current run belongs to the current loop.
+ *   `loop.runs` are the numbers of its runs in the engine, latest last.
+ * - A panel's own requests go through `ask` in engine.js; show an error with `store.say(error)` or next to its cause.
  *
- * # Events: `store.on(what, function)`; it returns a function that ends the listening
+ * # Events: `store.on(what, function)`, which returns a function that removes the listener
  *
  * | what | when |
  * |---|---|
- * | `catalogue` | the catalogue is there |
- * | `ready` | what was under work before, and what was given, is there |
+ * | `catalogue` | the catalogue has been loaded or changed |
+ * | `ready` | the session has been restored and given files are open |
  * | `files` | a file has been opened or closed |
- * | `loops` | the loops under work are others |
- * | `loop` | another loop is shown, or none |
- * | `settings` | values of the shown loop were edited, sent, undone; detail: the names |
- * | `applied` | edited values of the shown loop are in force; detail: the names |
- * | `checked` | the engine has checked the settings of the shown loop |
- * | `plant` | members, connections or settings of members are others |
+ * | `loops` | the list of open loops has changed |
+ * | `loop` | another loop is current, or none |
+ * | `settings` | values of the current loop were edited, sent or undone; detail: the names |
+ * | `applied` | edited values of the current loop are in force; detail: the names |
+ * | `checked` | the engine has checked the settings of the current loop |
+ * | `plant` | members, connections or settings of members have changed |
  * | `run` | a run has begun; earlier ones are in `loop.runs`; detail: its Setup |
- * | `runs` | the list of runs is another, or others of them are drawn |
- * | `figures` | the figures of the present run; detail: they, with their step |
- * | `pause` | no more calls are to be made |
- * | `run-to-rest` | calls are to be made as fast as they go until the loop rests |
- * | `marks` | what was done in the run is another list; detail: times and texts |
+ * | `runs` | the list of runs has changed, or the choice of those drawn |
+ * | `figures` | new figures of the current run; detail: the figures with their step |
+ * | `pause` | request to stop making calls |
+ * | `run-to-rest` | request to run at full speed until the loop settles |
+ * | `marks` | the events of the run have changed; detail: times and texts |
  * | `tab`, `open-ID` | a tab is shown; detail: its id; a drawer is opened |
  * | `state` | calls were made or values set: `store.state` is new (many times a second; draw at most once a frame) |
- * | `failure` | the run has ended by itself: `store.state.failure` |
- * | `say` | a sentence for the user; detail: {@link Said} |
- * | `question` | a question for the user; detail: `{text, yes, no, act}`, where `act` is what a yes does |
- * | `home` | the engine is lost, or is another one |
+ * | `failure` | the run has failed: `store.state.failure` |
+ * | `say` | a message to the user; detail: {@link Said} |
+ * | `question` | a question to the user; detail: `{text, yes, no, act}`, where `act` is run on a yes |
+ * | `home` | the engine is lost, or has been replaced |
  * | `csv` | a CSV file was dropped; detail: its Recording |
- * | `opening` | the user has chosen files: what was wrong with earlier ones goes |
- * | `prediction` | a predicted curve is there or gone: `store.prediction`, `store.ghost` |
+ * | `opening` | the user has selected files: errors about earlier ones are removed |
+ * | `prediction` | a predicted curve has appeared or disappeared: `store.prediction`, `store.ghost` |
  * | `key-run`, `key-call`, `key-manual`, `key-left`, `key-right`, `key-home`, `key-end`, `key-zoom-in`, `key-zoom-out` | a key outside of fields |
- * | `why` | a variable is asked why it has its value; detail: its name |
- * | `decided` | what decided it, in the networks of a block; detail: `{block, wires}`, none when the answer is closed |
+ * | `why` | request to explain a variable's value; detail: its name |
+ * | `decided` | the wires in a block's networks that decided the value; detail: `{block, wires}`, none when the explanation is closed |
  * | `show` | go to a tab or a drawer; detail: its id (`tune`, `takeaway`, `help` ...) |
  *
  * @typedef {import("./messages").Value} Value
@@ -60,28 +61,28 @@
  * @typedef {object} Setting
  * @property {Variable} variable
  * @property {Value} start the block's start value
- * @property {Value | undefined} file the value of the file, if the file has one
- * @property {string | undefined} origin where it stands in the file, `plant.awl:12:8`
+ * @property {Value | undefined} file the value in the file, if there is one
+ * @property {string | undefined} origin its position in the file, `plant.awl:12:8`
  * @property {Value} sent the value in force
- * @property {Value} opened the value with which the loop came under work
- * @property {Value} value the last good value of the field
- * @property {string | undefined} wrong a text of the field that is no value
+ * @property {Value} opened the value with which the loop was opened
+ * @property {Value} value the last valid value in the field
+ * @property {string | undefined} wrong invalid text in the field
  * @property {string | undefined} why what is wrong with it
  *
  * @typedef {object} Work
  * @property {number} id
  * @property {string} name the name in the file, or the user's
  * @property {string} member the name in the engine
- * @property {string | undefined} file the file that it comes from
+ * @property {string | undefined} file the file from which it was opened
  * @property {string[]} warnings
  * @property {Description} description
  * @property {Record<string, Setting>} settings in the order of the table
- * @property {Checked | undefined} checked what the block does with the present values
+ * @property {Checked | undefined} checked the block's check of the values in the fields
  * @property {Member[]} members the other FMUs: the plant, ...
  * @property {[string, string][]} connections
- * @property {number | null} step the communication step in seconds; that of the controller's cycle without it
+ * @property {number | null} step the communication step in seconds; by default, the controller's cycle
  * @property {import("./messages").Exchange} exchange
- * @property {Record<string, any>} notes what a panel keeps with a loop, by the panel's name; plain data
+ * @property {Record<string, any>} notes data that panels keep with a loop, by panel name; plain data
  * @property {number[]} runs
  * @property {Change[]} undo
  * @property {Change[]} redo
@@ -101,7 +102,7 @@
  * @typedef {object} Prediction
  * @property {string} title
  * @property {import("./messages").Predicted} curves
- * @property {import("tool/overlay.js").Origin} origin where it begins
+ * @property {import("tool/overlay.js").Origin} origin its start
  */
 
 import { ask, EngineError, ServerLost } from "tool/engine.js";
@@ -111,9 +112,9 @@ import { same } from "tool/values.js";
 const listeners = new Map();
 
 let lastId = 0;
-/** A check that is under way is outdated by a later one of the same loop. @type {WeakMap<Work, number>} */
+/** The number of the last check of each loop: an earlier one still pending is obsolete. @type {WeakMap<Work, number>} */
 const checks = new WeakMap();
-/** Undo and Redo go one after the other: each may have to reach the run. @type {Promise<unknown>} */
+/** The last Undo or Redo: each waits for the one before, because it may have to update the run. @type {Promise<unknown>} */
 let restoring = Promise.resolve();
 
 export const store = {
@@ -127,15 +128,19 @@ export const store = {
   loop: undefined,
   /** @type {State | undefined} */
   state: undefined,
-  /** The loop whose run is the engine's present one. @type {Work | undefined} */
+  /** The loop to which the engine's current run belongs. @type {Work | undefined} */
   live: undefined,
   /** @type {Prediction | undefined} */
   prediction: undefined,
-  /** The test of the present run, as it was then, with what is in the fields. @type {(import("./messages").Tried & { values: Values, of: State }) | undefined} */
+  /**
+   * The current run's test repeated with the values in the fields, and the state of the run at that time.
+   *
+   * @type {(import("./messages").Tried & { values: Values, of: State }) | undefined}
+   */
   ghost: undefined,
   /** Whether the server has stopped responding. */
   isLost: false,
-  /** Whether calls are being made one after the other. */
+  /** Whether a run is in progress. */
   isRunning: false,
 
   /**
@@ -163,7 +168,7 @@ export const store = {
    */
   say(what) {
     if (what instanceof ServerLost) {
-      // One banner reports it, however many requests are lost.
+      // A single banner reports it for all lost requests.
       if (store.isLost) return;
       store.isLost = true;
       store.emit("home");
@@ -179,7 +184,7 @@ export const store = {
   descriptions: new Map(),
 
   /**
-   * The description of an FMU of the catalogue.
+   * The description of an FMU in the catalogue.
    *
    * @param {string} fmu
    * @returns {Promise<Description>}
@@ -195,11 +200,11 @@ export const store = {
   },
 
   /**
-   * Takes a loop under work and shows it.
+   * Opens a loop and shows it.
    *
    * @param {string} name
    * @param {string} fmu the FMU's name in the catalogue
-   * @param {import("./messages").Loop} [of] the loop of a file
+   * @param {import("./messages").Loop} [of] the loop in a file
    * @param {string} [file] the file's name
    * @returns {Promise<Work>}
    */
@@ -244,7 +249,7 @@ export const store = {
   },
 
   /**
-   * Shows a loop that is under work.
+   * Shows an open loop.
    *
    * @param {Work | undefined} loop
    */
@@ -257,7 +262,7 @@ export const store = {
   },
 
   /**
-   * Puts a loop away.
+   * Closes a loop.
    *
    * @param {Work} loop
    */
@@ -270,17 +275,17 @@ export const store = {
   },
 
   /**
-   * Edits values of the shown loop: they are in the fields, not yet in force.
+   * Edits values of the current loop: they are in the fields, but not yet in force.
    *
    * @param {Values} values
-   * @param {boolean} [isTyped] whether it goes on with the last edit: what is typed into a field is one edit
+   * @param {boolean} [isTyped] whether this continues the last edit: all typing in a field is one edit
    */
   edit(values, isTyped = false) {
     const loop = store.loop;
     if (!loop) return;
     /** @type {Change} */
     const change = [];
-    // Typing after the value was applied is another edit.
+    // Typing after the value was applied is a new edit.
     let isMore = isTyped;
     for (const [name, after] of Object.entries(values)) {
       const setting = loop.settings[name];
@@ -303,7 +308,7 @@ export const store = {
   },
 
   /**
-   * Keeps a text that is no value in its field. The value in force stays.
+   * Keeps invalid text in its field. The value in force is unchanged.
    *
    * @param {string} name
    * @param {string} wrong
@@ -319,7 +324,7 @@ export const store = {
   },
 
   /**
-   * Takes edited values back to those in force.
+   * Discards edits: the fields return to the values in force.
    *
    * @param {string[]} names
    */
@@ -330,9 +335,9 @@ export const store = {
   },
 
   /**
-   * The names of a loop's edited settings, wrong texts included.
+   * The names of a loop's edited settings, including those with invalid text.
    *
-   * @param {Work} [loop] the shown one without it
+   * @param {Work} [loop] by default, the current one
    * @returns {string[]}
    */
   edited(loop) {
@@ -341,11 +346,11 @@ export const store = {
   },
 
   /**
-   * Puts edited values in force, in the run too.
+   * Puts edited values in force, also in the run.
    *
-   * @param {string[]} [names] all without it
-   * @param {Work} [of] the loop; the shown one without it
-   * @returns {Promise<boolean>} whether the engine has taken them
+   * @param {string[]} [names] by default, all
+   * @param {Work} [of] the loop; by default, the current one
+   * @returns {Promise<boolean>} whether all values were applied
    */
   async send(names, of) {
     const loop = of ?? store.loop;
@@ -356,7 +361,7 @@ export const store = {
       loop.checked?.remarks.filter((remark) => remark.is_error).flatMap((remark) => remark.variables) ?? [];
     const good = wanted.filter((name) => loop.settings[name].wrong === undefined && !errors.includes(name));
     const isAll = good.length === wanted.length;
-    // Values in force are not set again: the curves would mark them as a change.
+    // Do not send values already in force: the curves would mark them as changes.
     const sending = good.filter((name) => isEdited(loop.settings[name]));
     if (sending.length === 0) return isAll;
     const values = Object.fromEntries(sending.map((name) => [name, loop.settings[name].value]));
@@ -374,12 +379,12 @@ export const store = {
     return isAll;
   },
 
-  /** Takes the last edit back: a value that is in force in the run, too. @returns {Promise<unknown>} */
+  /** Undoes the last edit, also in the run if the value is in force. @returns {Promise<unknown>} */
   undo() {
     return store.restore("undo", "redo", "before");
   },
 
-  /** Makes the edit again that was taken back; what was in force with it is so again. @returns {Promise<unknown>} */
+  /** Redoes the last undone edit; values that were in force with it are put in force again. @returns {Promise<unknown>} */
   redo() {
     return store.restore("redo", "undo", "after");
   },
@@ -415,9 +420,9 @@ export const store = {
   },
 
   /**
-   * Asks the engine for the effects of the values in the fields.
+   * Asks the engine to check the values in the fields.
    *
-   * @param {Work} [of] the loop; the shown one without it
+   * @param {Work} [of] the loop; by default, the current one
    * @returns {Promise<void>}
    */
   async check(of) {
@@ -436,8 +441,8 @@ export const store = {
   },
 
   /**
-   * Sets the other members of the shown loop, all its connections, the communication step and when values are exchanged. A run
-   * goes on with the present controller, if `isGoingOn`, with the step and the exchange that it began with.
+   * Sets the other members of the current loop, all its connections, the communication step and the exchange of values. If
+   * `isGoingOn`, the run continues with the current controller, and with the step and the exchange it began with.
    *
    * @param {Pick<Work, "members" | "connections" | "step" | "exchange">} changed
    * @param {boolean} [isGoingOn]
@@ -465,7 +470,7 @@ export const store = {
   },
 
   /**
-   * Sends values set after the run ended: it continues with another plant.
+   * Sends values set after the run ended, now that it continues with another plant.
    *
    * @param {Work} loop
    */
@@ -479,13 +484,13 @@ export const store = {
     await store.take(ask({ do: "send", values: named(loop, values) }));
   },
 
-  /** Whether the engine's present run is that of the shown loop. */
+  /** Whether the engine's current run belongs to the current loop. */
   isLive() {
     return store.loop !== undefined && store.live === store.loop;
   },
 
   /**
-   * What `start` takes for the shown loop: the values in force.
+   * The current loop in the form that `start` accepts, with the values in force.
    *
    * @returns {import("./messages").Setup}
    */
@@ -497,7 +502,7 @@ export const store = {
     return { members: [controller, ...loop.members], connections, step, exchange };
   },
 
-  /** Begins a run of the shown loop with the values in force. */
+  /** Starts a run of the current loop with the values in force. */
   async begin() {
     const loop = store.loop;
     if (!loop) throw new EngineError("Open or create a loop first.");
@@ -514,10 +519,10 @@ export const store = {
   },
 
   /**
-   * Makes a run again: the same record to the same bits, or the same test with the settings in force.
+   * Repeats a run: bit for bit, or as the same test with the settings in force.
    *
    * @param {"same_bits" | "same_test"} what
-   * @param {number} [run] the present one without it
+   * @param {number} [run] by default, the current one
    */
   async repeat(what, run) {
     const loop = store.live;
@@ -525,7 +530,7 @@ export const store = {
     const state = await ask(what === "same_bits" ? { do: what, run: run ?? null } : { do: what, run, values: {} });
     loop?.runs.push(state.run);
     await store.take(Promise.resolve(state));
-    // Values sent after the last call are in force, but in no state yet.
+    // Values sent after the last call are in force, but not in the state yet.
     const { setup, events } = await ask({ do: "events" });
     for (const { call, variable: name, value, act = "set" } of events) {
       const [member, own] = split(name);
@@ -539,7 +544,7 @@ export const store = {
       Object.assign(loop, { members: members.slice(1), connections, step, exchange });
     }
     store.emit("settings", Object.keys(loop?.settings ?? {}));
-    // The record has its own settings: Undo takes them back.
+    // The repeated run has its own settings: make that change undoable.
     const change = before.map(({ name, one, before }) => ({ name, before, after: one.value }));
     const moved = change.filter(
       ({ name, before, after }) => !same(loop?.settings[name].variable.kind ?? "", before, after),
@@ -554,7 +559,7 @@ export const store = {
   },
 
   /**
-   * Makes calls; a run is begun if there is none of the shown loop. It pauses in the call in which its breakpoint begins to hold.
+   * Makes calls, starting a run if the current loop has none. Pauses in the call in which the breakpoint becomes true.
    *
    * @param {number} calls
    */
@@ -568,11 +573,11 @@ export const store = {
   },
 
   /**
-   * Makes calls until the loop rests, or swings evenly.
+   * Makes calls until the loop settles or oscillates steadily.
    *
-   * @param {number} calls at most
-   * @param {number} from when the user has started it
-   * @returns {Promise<string>} which of them it does; empty: neither
+   * @param {number} calls maximum number of calls
+   * @param {number} from when the user started it
+   * @returns {Promise<string>} which of the two it does; empty if neither
    */
   async settle(calls, from) {
     let rests = "";
@@ -585,10 +590,10 @@ export const store = {
   },
 
   /**
-   * Sets values at once, in the field, in force and in the run: by the controller's names, `MEMBER.VARIABLE` of the others.
+   * Sets values immediately, in the field, in force and in the run: under the controller's own names, or `MEMBER.VARIABLE` for others.
    *
    * @param {Values} values
-   * @param {boolean} [isEvent] it belongs to the run that goes on: the next one begins without it
+   * @param {boolean} [isEvent] whether they belong only to the run in progress: the next one starts without them
    */
   async now(values, isEvent = false) {
     const loop = store.loop;
@@ -615,9 +620,9 @@ export const store = {
   },
 
   /**
-   * Moves a variable evenly to a value, call by call.
+   * Ramps a variable linearly to a value, call by call.
    *
-   * @param {string} name of the controller, or `MEMBER.VARIABLE`
+   * @param {string} name name in the controller, or `MEMBER.VARIABLE`
    * @param {number} to
    * @param {number} seconds
    */
@@ -630,7 +635,7 @@ export const store = {
   },
 
   /**
-   * Takes a State that the engine answers: fields that are not edited show what the run has.
+   * Accepts a State from the engine: fields that are not edited follow the run.
    *
    * @param {Promise<State>} answer
    * @returns {Promise<State>}
@@ -663,7 +668,7 @@ export function isSettable(variable) {
   return variable.role !== "output" && variable.role !== "local";
 }
 
-/** The values of a loop that has just come under work: there were none before. @param {Work} loop */
+/** Makes the values of a newly opened loop its initial ones, which cannot be undone. @param {Work} loop */
 export function beginWith(loop) {
   loop.undo = [];
   for (const setting of Object.values(loop.settings)) setting.opened = setting.sent;
@@ -675,10 +680,10 @@ export function isEdited(setting) {
 }
 
 /**
- * Where a value comes from.
+ * The origin of a value.
  *
  * @param {Setting} setting
- * @param {"value" | "sent"} [which] that in the field, or that in force
+ * @param {"value" | "sent"} [which] the value in the field, or the value in force
  * @returns {"start" | "file" | "changed"}
  */
 export function source(setting, which = "value") {
@@ -688,10 +693,10 @@ export function source(setting, which = "value") {
 }
 
 /**
- * The settings of a loop that differ from the block's start values or stand in its file, as the engine takes them.
+ * The settings of a loop that differ from the block's start values or are in its file, in the form that the engine accepts.
  *
  * @param {Work} loop
- * @param {"value" | "sent"} which those in the fields, or those in force
+ * @param {"value" | "sent"} which the values in the fields, or the values in force
  * @returns {Values}
  */
 export function valuesOf(loop, which = "value") {
@@ -701,7 +706,7 @@ export function valuesOf(loop, which = "value") {
 }
 
 /**
- * A loop as `export` takes it.
+ * A loop in the form that `export` accepts.
  *
  * @param {Work} loop
  * @returns {import("./messages").Loop}
@@ -747,7 +752,7 @@ export function runValue(loop, name) {
 }
 
 /**
- * The output that a controller's input is connected to, `PLANT.T`.
+ * The output connected to a controller's input, `PLANT.T`.
  *
  * @param {Work} loop
  * @param {string} name
@@ -771,7 +776,7 @@ function named(loop, values) {
 }
 
 /**
- * Member and variable. A variable's name may contain a point, a member's does not.
+ * Splits a name into member and variable. Only a variable's name may contain a point.
  *
  * @param {string} name
  * @returns {[string, string]}
@@ -782,12 +787,12 @@ export function split(name) {
 }
 
 /**
- * Before manual mode ends, makes one call with what was set since the last one. In manual mode the block prepares its integral
- * action in each call for the settings and the setpoint of that call; a PLC has made many calls before anybody throws the switch,
- * a run that pauses has made none.
+ * Before manual mode ends, makes one call with the values set since the last call. In manual mode, each call prepares the integral
+ * action for the settings and the setpoint of that call. A PLC makes many calls before the operator throws the switch; a paused run
+ * makes none.
  *
  * @param {Work} loop
- * @param {Values} values what is about to be set
+ * @param {Values} values values about to be set
  */
 async function prepareTakeover(loop, values) {
   const { manual } = loop.description.roles;
@@ -798,8 +803,8 @@ async function prepareTakeover(loop, values) {
 }
 
 /**
- * What has moved in the run by a ramp or a record: names of settings. A value that was sent since the last call is not in the state
- * yet, and stays.
+ * Updates settings moved in the run by a ramp or a repeated run, and returns their names. A value sent since the last call is not in
+ * the state yet and is kept.
  *
  * @param {Work | undefined} loop
  * @param {State} state
@@ -810,7 +815,7 @@ function follow(loop, state, before) {
   const moved = [];
   for (const [name, setting] of Object.entries(loop?.settings ?? {})) {
     const now = loop && state.values[variable(loop, name)];
-    // A forced value is not the one that was set.
+    // A forced value does not replace the set value.
     const isForced = loop && variable(loop, name) in state.forced;
     if (!loop || now === undefined || isForced || isEdited(setting) || wiredTo(loop, name)) continue;
     const { kind } = setting.variable;

@@ -1,5 +1,5 @@
 /**
- * Exports: the block's FMU with these start values, parameter files, the run as a description, CSV, picture, report.
+ * Exports: the block's FMU with the loop's start values, parameter files, the run as a description, CSV, picture, report.
  *
  * @typedef {import("./messages").Export} Export
  */
@@ -19,7 +19,7 @@ import { asLoop, store } from "tool/store.js";
 import { tuning } from "tool/tune.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
-/** A page that was opened from a file has an address of this computer. */
+/** The address of a page opened from a file works only on this computer. */
 const WHO_OPENS =
   location.protocol === "file:"
     ? "It works on this computer: for others, put the page on a server or a share, open it from there and copy the link again."
@@ -42,7 +42,7 @@ export function mount(content) {
 }
 
 /**
- * Asks for a file and hands it to the user.
+ * Requests a file from the engine and downloads it.
  *
  * @param {Export} what
  */
@@ -69,11 +69,11 @@ export function save(name, content) {
   const address = URL.createObjectURL(content);
   const link = element("a", { href: address, download: name });
   link.click();
-  // The browser reads it after this function has returned.
+  // The browser reads the content after this function has returned.
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** Shows the content of the files: of the shown loop, and of those saved with it. @type {(() => void) | undefined} */
+/** Shows the content of the files to be saved, for the current loop and those saved with it. @type {(() => void) | undefined} */
 let showContent;
 
 function show() {
@@ -91,7 +91,7 @@ function show() {
     element("option", { value: "one" }, loop.name),
     store.loops.length > 1 && element("option", { value: "all" }, `all ${store.loops.length} loops under work`),
   );
-  // Stimuli are not settings of the PLC, unless the user includes them.
+  // Stimuli are not PLC settings: they are saved only if the user includes them.
   const stimuli = element("input", { type: "checkbox" });
   const names = element("span");
   const tried = element("label", stimuli, names);
@@ -103,7 +103,7 @@ function show() {
     const ofRun = Object.entries(loop.settings).filter(([, one]) => isTried(one));
     tried.hidden = ofRun.length === 0;
     names.textContent = ` also ${ofRun.map(([name]) => name).join(", ")} as in the run`;
-    // What any of the two buttons saves.
+    // Whatever either of the two buttons saves.
     showSaved(content, [...new Set([...ofFile(), ...chosen()])], stimuli.checked);
   };
   for (const one of [which, stimuli]) one.addEventListener("change", () => showContent?.());
@@ -135,7 +135,7 @@ function show() {
   };
   fill(
     body,
-    // The address of plcfmu tool is for this machine alone.
+    // The address of plcfmu tool works only on this machine.
     whereIsTheEngine() === "page" &&
       element(
         "div.row",
@@ -184,7 +184,7 @@ function show() {
 
 /**
  * @param {string} name
- * @param {string | undefined} why why it cannot be used now
+ * @param {string | undefined} why why it is disabled
  * @param {() => void} action
  */
 function button(name, why, action) {
@@ -192,7 +192,7 @@ function button(name, why, action) {
 }
 
 /**
- * The sources of a loop's program, and the command that makes an FMU of them.
+ * The sources of a loop's program, and the command that builds an FMU from them.
  *
  * @param {import("tool/store.js").Work} loop
  */
@@ -242,12 +242,12 @@ function preset(loop) {
   );
 }
 
-/** The files of an FMU that differ in a preset of it, with the largest size that they may have. */
+/** The files of an FMU that a preset changes, and their maximum size in bytes. */
 const OF_PRESET = ["modelDescription.xml", "documentation/index.html", "resources/start.txt"];
 const LARGEST = 1 << 26;
 
 /**
- * The block's FMU, which the user has given, with the loop's values as its start values.
+ * Saves a copy of the FMU supplied by the user, with the loop's values as start values.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {File} fmu

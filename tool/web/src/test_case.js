@@ -1,14 +1,14 @@
 /**
- * A run of a program as a test: what the program was given, call by call, and what was observed, of which the user keeps what is to
- * be expected. It is the file that `plcfmu test` takes.
+ * A program run as a test: the inputs call by call, and the observed outputs, of which the user keeps the expected ones. The result is
+ * a file for `plcfmu test`.
  *
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("tool/history.js").Track} Track
  * @typedef {import("tool/store.js").Work} Work
  *
- * @typedef {object} Item a line of the list: what was set before a call, or what was observed from it on
+ * @typedef {object} Item a line of the list: values set before a call, or values observed from it on
  * @property {number} call
- * @property {number} until the last call with what was observed
+ * @property {number} until last call with the observed values
  * @property {Map<Variable, number>} values
  * @property {boolean} isSet
  * @property {boolean} isKept
@@ -23,14 +23,14 @@ import { variable as fullName, isSettable, store } from "tool/store.js";
 import { save } from "tool/takeaway.js";
 import { isBoolean, isTime, number, shown } from "tool/values.js";
 
-/** A test of more steps is read by nobody. */
+/** The maximum number of steps in a test. */
 const MOST_STEPS = 5000;
 const LISTED = 300;
 const WHOLE = /^(BYTE|WORD|DWORD|S?INT|USINT|UINT|DINT|UDINT)$/;
 const REAL = /^L?REAL$/;
 const BITS = /** @type {Record<string, number>} */ ({ BYTE: 8, WORD: 16, DWORD: 32 });
 
-/** The button that shows the list, and the place of the list. */
+/** The button that shows the list, and the element for the list. */
 export function testMaker() {
   const place = element("div.test-maker");
   const button = element("button", { onclick: () => open(place).catch(store.say) }, "Save as test");
@@ -87,18 +87,18 @@ async function open(place) {
   name.focus();
 }
 
-/** When a call is, in seconds. @param {number} call */
+/** The time of a call, in seconds. @param {number} call */
 function seconds(call) {
   return Math.round(call * (store.state?.step ?? 1) * 1000) / 1000;
 }
 
-/** Whether a test can have values of a variable. @param {Variable} of */
+/** Whether a test can contain values of a variable. @param {Variable} of */
 function isTestable({ kind }) {
   return isBoolean(kind) || isTime(kind) || WHOLE.test(kind) || REAL.test(kind);
 }
 
 /**
- * What the program was given and what was observed in the present run.
+ * The inputs of the program and its observed outputs in the current run.
  *
  * @param {Work} loop
  * @returns {Promise<Item[]>}
@@ -129,7 +129,7 @@ async function observed(loop) {
   const items = [...sets].map(([call, values]) => ({ call, until: call, values, isSet: true, isKept: true }));
   for (const [call, values] of expected)
     items.push({ call, until: lastOf([...values.keys()].map(of), call, last), values, isSet: false, isKept: true });
-  // Analog values go on changing: they are expected where another output changes, and at the end.
+  // Analog values change all the time: expect them when another output changes, and at the end.
   const calls = [...new Set([...expected.keys(), last])].sort((one, other) => one - other);
   const analog = results.filter((one) => !exact.includes(one));
   for (const [call, values] of group(analog, (one) => sampled(one, of(one), calls)))
@@ -144,8 +144,8 @@ async function observed(loop) {
 }
 
 /**
- * The calls in which a variable changes, with its values; before the first call it has its start value. What is forced is set in
- * each call.
+ * The calls in which a variable changes, with its values; before the first call, it has its start value. A forced variable is set
+ * in each call.
  *
  * @param {Variable} variable
  * @param {Track} track
@@ -168,7 +168,7 @@ function changes({ start }, track, spans, calls) {
 }
 
 /**
- * The values in some calls, of those in which it differs from the one before; before the first it has its start value.
+ * The values in given calls, without those equal to the previous one; before the first call, a variable has its start value.
  *
  * @param {Variable} variable
  * @param {Track} track
@@ -189,7 +189,7 @@ function sampled({ start }, track, calls) {
 /**
  * @param {Variable[]} variables
  * @param {(variable: Variable) => [number, number][]} changesOf
- * @returns {Map<number, Map<Variable, number>>} by the call
+ * @returns {Map<number, Map<Variable, number>>} by call
  */
 function group(variables, changesOf) {
   const found = new Map();
@@ -200,7 +200,7 @@ function group(variables, changesOf) {
 }
 
 /**
- * The last call before one of several variables changes again.
+ * The last call before any of several variables changes again.
  *
  * @param {Track[]} all
  * @param {number} call
@@ -211,7 +211,7 @@ function lastOf(all, call, last) {
 }
 
 /**
- * The file.
+ * The content of the file.
  *
  * @param {Work} loop
  * @param {Item[]} items
@@ -225,7 +225,7 @@ function written(loop, items, name) {
   const list = (/** @type {string[]} */ texts) => `[${texts.map(quoted).join(", ")}]`;
   const head = [
     `# Recorded on the page of plcfmu: plcfmu test ${of.compiled.block}_test.toml`,
-    // Without sources, the program is the folder that the file lies in.
+    // Without sources, the program is the folder that contains the file.
     loop.notes.isFolder ? "" : `sources = ${list(files.map(({ file }) => file))}`,
     `cycle = "${Math.round((store.state?.step ?? 1) * 1000)}ms"`,
     run ? `fb = ${quoted(run)}` : "",
@@ -251,17 +251,17 @@ function written(loop, items, name) {
   return `${[...head.filter(Boolean), "", "[[case]]", `name = ${quoted(name)}`, "steps = [", ...steps, "]"].join("\n")}\n`;
 }
 
-/** A value as TOML has it. @param {Variable} of @param {number} value */
+/** A value in TOML. @param {Variable} of @param {number} value */
 function literal({ kind }, value) {
   if (isBoolean(kind)) return String(value === 1);
   if (isTime(kind)) return `"${Math.round(value * 1000)}ms"`;
   if (kind in BITS && value < 0) return String(value + 2 ** BITS[kind]);
   const text = shown(value, kind);
-  // A whole number is no REAL in TOML.
+  // In TOML, a number without a decimal point is not a REAL.
   return REAL.test(kind) && /^-?\d+$/.test(text) ? `${text}.0` : text;
 }
 
-/** A value for people. @param {Variable} of @param {number} value */
+/** A value for display. @param {Variable} of @param {number} value */
 function text({ kind }, value) {
   return isBoolean(kind) ? shown(value === 1, "BOOL") : shown(value, kind);
 }
