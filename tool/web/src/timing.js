@@ -1,15 +1,15 @@
 /**
- * The timing diagram of a program: Booleans in a lane each, steps as bands with numbers and names, analog values in panels by unit, a
- * cursor, and beside each signal its value there or now. Lanes are as high as a line of text; more than fit are scrolled.
+ * The timing diagram of a program: one lane per Boolean, steps as bands with numbers and names, analog values in panels by unit, a
+ * cursor, and beside each signal its value at the cursor or now. Lanes are as high as a line of text and scroll if necessary.
  *
  * @typedef {import("tool/history.js").Track} Track
  * @typedef {import("tool/store.js").Work} Work
  * @typedef {import("tool/timing_signals.js").Shown} Shown
  *
- * @typedef {object} Row a lane, a band, or a panel of several signals
+ * @typedef {object} Row a lane, a band, or a panel with several signals
  * @property {Shown[]} signals
  * @property {HTMLElement} row
- * @property {HTMLElement[]} values one of each signal
+ * @property {HTMLElement[]} values one for each signal
  * @property {SVGElement} plot
  */
 
@@ -38,15 +38,15 @@ import { compared, comparedText, hasRun, sameAgain } from "tool/same_again.js";
 import { store } from "tool/store.js";
 import { chooser, shownSignals, valueText } from "tool/timing_signals.js";
 
-/** The height of a lane, as the style has it, the least one of a panel, and the least width of a picture. */
+/** The height of a lane in the style sheet, the minimum height of a panel, and the minimum width of a picture. */
 const [LANE, PANEL, NARROWEST] = [22, 84, 100];
-/** Where a lane is high and low, and how much of its height a panel leaves at each end. */
+/** The y coordinates of the high and the low level in a lane, and the margin at the top and the bottom of a panel. */
 const [HIGH, LOW, MARGIN] = [4, 17, 8];
 /** Changes closer than this cannot be distinguished, in pixels. */
 const NEAR = 3;
 /** The approximate width of a letter, and the margin of a text. */
 const [LETTER, ROOM] = [6.4, 6];
-/** How far the pointer moves before it is a drag. */
+/** The distance from which a pointer movement is a drag, in pixels. */
 const DRAG = 4;
 
 /** @type {HTMLElement} */
@@ -76,19 +76,19 @@ let verdict;
 
 /** @type {Row[]} */
 let rows = [];
-/** The data from which the rows were made. */
+/** A key of the data from which the rows were built. */
 let made = "";
 /** The known history of the run. @type {Map<string, Track>} */
 let known = new Map();
-/** The same of the run with which it is compared. @type {Map<string, Track>} */
+/** The same for the run with which it is compared. @type {Map<string, Track>} */
 let before = new Map();
 /** @type {import("./messages").Curves | undefined} */
 let curves;
 
-/** Whether the cursor goes with the pointer. */
+/** Whether the cursor follows the pointer. */
 let isPointed = false;
 
-/** @param {HTMLElement} content of the curves, in whose place the diagram stands */
+/** @param {HTMLElement} content the content of the curves panel, in which the diagram replaces the curves */
 export function mount(content) {
   list = element("div.timing-rows", { tabindex: -1 });
   axis = svg("svg.timing-axis");
@@ -140,7 +140,7 @@ export function mount(content) {
   rebuild();
 }
 
-/** @param {boolean} isTiming whether the diagram is shown, else the curves */
+/** @param {boolean} isTiming whether to show the diagram rather than the curves */
 function choose(isTiming) {
   const loop = store.loop;
   if (loop) loop.notes.timing = { ...loop.notes.timing, isOff: !isTiming };
@@ -153,9 +153,9 @@ function isShown() {
 }
 
 /**
- * Makes the rows of the loop that is shown, if they are others.
+ * Rebuilds the rows for the current loop if they have changed.
  *
- * @param {boolean} [isForced] whether colours are others
+ * @param {boolean} [isForced] whether to rebuild in any case, because colours have changed
  */
 async function rebuild(isForced = false) {
   const loop = store.loop;
@@ -230,7 +230,7 @@ function refresh() {
   if (isShown()) soon();
 }
 
-/** The width of the pictures: the space that the names leave, as styled. */
+/** The width of the pictures: what the column of names leaves. */
 function width() {
   const names = Number.parseFloat(getComputedStyle(diagram).getPropertyValue("--names"));
   return Math.max(list.clientWidth - names, NARROWEST);
@@ -260,20 +260,20 @@ async function fetchSignals() {
       : await tracks(differing, { ...state, run: other, calls, time: timeOf(calls - 1), after: state.after && {} });
   const variables = of(true);
   const [from, to] = range();
-  // The line continues to the point just outside.
+  // Include one point on either side, so that lines continue to the edges.
   const part = { from: Math.max(from - state.step, 0), to: to + state.step };
   curves = undefined;
   if (variables.length > 0) curves = await ask({ do: "view", variables, ...part, points: 2 * Math.round(width()) });
   names = variables;
 }
 
-/** Those of `curves`. @type {string[]} */
+/** The names of the signals in `curves`. @type {string[]} */
 let names = [];
 
-/** Draws the rows that can be seen. */
+/** Draws the visible rows. */
 function draw() {
   const [from, to] = range();
-  // All is measured before any of it is changed: then the page is laid out once.
+  // Measure everything before changing anything, so that the layout runs only once.
   const [across, right, step] = [width(), list.offsetLeft + list.clientWidth, store.state?.step ?? 1];
   const [top, bottom] = [list.scrollTop, list.scrollTop + list.clientHeight];
   const seen = rows.filter(({ row }) => {
@@ -305,7 +305,7 @@ function draw() {
 }
 
 /**
- * Bars below what is forced, from the call on in which it was.
+ * Bars below signals in the calls in which they were forced.
  *
  * @param {Row} row
  * @param {(time: number) => number} x
@@ -323,7 +323,7 @@ function held({ signals }, x, step, height) {
 }
 
 /**
- * Marks of the calls in which a signal differs from the run that was made again: of an analog value of the first one.
+ * Marks for the calls in which a signal differs from the repeated run; for an analog value, only for the first one.
  *
  * @param {Row} row
  * @param {(time: number) => number} x
@@ -364,7 +364,7 @@ function drawAxis(lines, x, across, length) {
   attribute(axis, "width", across);
   attribute(axis, "height", LANE);
   const unit = timeUnit(length);
-  // The unit stands at the end, where no number is cut by it.
+  // The unit is at the end: leave out numbers that would collide with it.
   const numbers = lines.filter((time) => x(time) < across - unit.length * LETTER - 2 * LETTER);
   const written = numbers.map((time, at) =>
     svg(
@@ -377,7 +377,7 @@ function drawAxis(lines, x, across, length) {
 }
 
 /**
- * A Boolean or a step: its edges stand exactly at their calls.
+ * Draws a Boolean or a step, with edges exactly at their calls.
  *
  * @param {Shown} signal
  * @param {{ from: number, to: number, step: number, x: (time: number) => number, near: number }} view
@@ -413,7 +413,7 @@ function lane(signal, { from, to, step, x, near }) {
 }
 
 /**
- * The longest of the texts that fits between two places.
+ * The first of several texts, longest first, that fits between two positions.
  *
  * @param {string[]} choices
  * @param {number} left
@@ -427,7 +427,7 @@ function label(choices, left, right) {
 }
 
 /**
- * Analog values of one unit, with the lowest and the highest number of their axis.
+ * Draws the analog values of one unit, with a numbered grid.
  *
  * @param {Row} row
  * @param {(time: number) => number} x
@@ -468,7 +468,7 @@ function fixed(value) {
   return Math.round(value * 10) / 10;
 }
 
-/** @param {number} across how wide the pictures are @param {number} right where they end */
+/** @param {number} across width of the pictures @param {number} right x coordinate of their right edge */
 function placeCursor(across, right) {
   const time = cursorTime();
   const [from, to] = range();
@@ -513,7 +513,7 @@ function pointed(event) {
   return from + (across / width()) * (to - from);
 }
 
-/** The pointer moves the cursor; a drag zooms; a click leaves the cursor where it is. */
+/** Handles the pointer: it moves the cursor, a drag zooms, and a click pins the cursor. */
 function point() {
   /** Where a drag began. @type {{ x: number, time: number, cursor: number | undefined } | undefined} */
   let drag;
@@ -555,7 +555,7 @@ function point() {
     const end = pointed(event) ?? time;
     if (isDragged) zoom(Math.min(time, end), Math.max(time, end));
     else if (Math.abs(event.clientX - x) <= DRAG) {
-      // A click at the cursor that stands takes it away.
+      // A click on the pinned cursor removes it.
       isPointed = false;
       const call = timeOf(callAt(time));
       if (cursor === call) lookAt(undefined);
@@ -611,7 +611,7 @@ function toChange(way) {
   bringIntoSight();
 }
 
-/** A part that was chosen goes with the cursor. */
+/** Moves the visible part so that it contains the cursor. */
 function bringIntoSight() {
   const [from, to] = range();
   const time = cursorTime();

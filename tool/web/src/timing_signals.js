@@ -1,18 +1,18 @@
 /**
- * The signals of a timing diagram: which are shown, how each is drawn, and the list from which they are chosen. The choice is kept
- * with the loop.
+ * The signals of a timing diagram: which are shown, how each is drawn, and the list for choosing them. The choice is stored with the
+ * loop.
  *
  * @typedef {import("tool/signals.js").Signal} Signal
  * @typedef {import("tool/store.js").Work} Work
  *
- * @typedef {object} Shown a signal of the diagram
+ * @typedef {object} Shown a signal in the diagram
  * @property {"lane" | "band" | "panel"} kind
  * @property {string} name `TankFilling.step`
  * @property {string} label
- * @property {string} type of the PLC
+ * @property {string} type PLC type
  * @property {string} unit
- * @property {Map<number, string>} names of its values, if they are steps
- * @property {number} colour its place in the palette
+ * @property {Map<number, string>} names names of its values, if they are steps
+ * @property {number} colour index in the palette
  * @property {boolean} isDashed
  * @property {boolean} isStepped whether a value holds until the next
  */
@@ -24,13 +24,13 @@ import { steps } from "tool/steps.js";
 import { store } from "tool/store.js";
 import { number, plcText, shown } from "tool/values.js";
 
-/** The numbers of signals shown by default, and listed at once. */
+/** The maximum number of signals shown by default, and of signals listed. */
 const [MOST_FIRST, MOST_LISTED] = [24, 200];
-/** The colours before these are those of setpoint, process value and manipulated value. */
+/** The first free colour, after those of setpoint, process value and manipulated value. */
 const FIRST_COLOUR = 3;
 const BITS = /^(BYTE|WORD|DWORD)$/;
 
-/** The steps of a program, by its name in the catalogue: its sources do not change. @type {Map<string, ReturnType<typeof steps>>} */
+/** The steps of programs, by name in the catalogue, under which the sources never change. @type {Map<string, ReturnType<typeof steps>>} */
 const found = new Map();
 
 /** @param {string} fmu */
@@ -55,7 +55,7 @@ function namesOf(loop, { member, variable }) {
 }
 
 /**
- * The signals shown of a loop: those that the user chose, else inputs, outputs and steps of the program.
+ * The signals shown for a loop: the user's choice, otherwise the program's inputs, outputs and steps.
  *
  * @param {Work} loop
  * @returns {Promise<Shown[]>}
@@ -96,7 +96,7 @@ function chosen(loop, all) {
 }
 
 /**
- * A value as the PLC shows it, a step with its name.
+ * A value in PLC notation, or a step with its name.
  *
  * @param {import("./messages").Value} value
  * @param {Shown} of
@@ -110,7 +110,7 @@ export function valueText(value, { type, kind, names }, isNamed = true) {
 }
 
 /**
- * The list from which signals are chosen, folded.
+ * The list for choosing signals, initially folded.
  *
  * @param {() => void} changed
  */
@@ -138,7 +138,7 @@ export function chooser(changed) {
         const next = box.checked ? [...names, name] : names.filter((one) => one !== name);
         loop.notes.timing = { ...loop.notes.timing, shown: next };
         changed();
-        // It is kept.
+        // Save the choice.
         store.emit("settings", []);
       });
       const unit = unitText(variable.unit);

@@ -1,5 +1,6 @@
 /**
- * Tuning: the plant's model from a step, settings by a rule, their predicted effects, and only then into the fields.
+ * Tuning: identifies the plant's model from a step, computes settings by a rule, shows their predicted effects, and applies them on
+ * request.
  *
  * @typedef {import("./messages").Identified} Identified
  * @typedef {import("./messages").Method} Method
@@ -39,20 +40,20 @@ const STRUCTURES = /** @type {[Structure, string][]} */ ([
 const BEFORE_STEP = 0.1;
 
 /**
- * @typedef {object} Notes what is kept with a loop
- * @property {Record<string, string>} model the fields: gain, time_constant, second_time_constant, dead_time
+ * @typedef {object} Notes data kept with a loop
+ * @property {Record<string, string>} model the text of the fields gain, time_constant, second_time_constant, dead_time
  * @property {boolean} isIntegrating
  * @property {Method} method
  * @property {Rule} rule
  * @property {Structure} structure
  * @property {string} closedLoop lambda in seconds, or empty
- * @property {number | null} pace the same from calm, 0, to fast, 1
- * @property {string} from the process value before the step that is predicted, or empty
+ * @property {number | null} pace the alternative to lambda, from calm, 0, to fast, 1
+ * @property {string} from the process value before the predicted step, or empty
  * @property {string} to the setpoint after it, or empty
- * @property {[number, number] | null} ultimate gain and period that a relay has found
+ * @property {[number, number] | null} ultimate gain and period found by a relay test
  * @property {string} step the size of the step test
- * @property {import("./messages").Tuning | null} applied what was last taken from here into the fields
- * @property {string} [plant] the plant that the model was identified from; none of a recording, and of typed values
+ * @property {import("./messages").Tuning | null} applied the tuning last applied
+ * @property {string} [plant] the plant from which the model was identified; none for a recording or typed values
  * @property {Model | undefined} heating
  * @property {Model | undefined} cooling
  */
@@ -60,20 +61,24 @@ const BEFORE_STEP = 0.1;
 /** @type {HTMLElement} */
 let body;
 /**
- * The recording to identify from; without it the run.
+ * The recording to identify from; by default, the run.
  *
  * @type {import("./csv.js").Recording & { time: string, input: string, output: string } | undefined}
  */
 let recorded;
 /** @type {() => void} */
 let endChart = () => {};
-/** Answers that come late are not shown. */
+/** The number of the last request: answers to earlier ones are ignored. */
 let asked = 0;
 /** @type {Tuned | undefined} */
 let tuned;
-/** The name of its rule. */
+/** The name of the rule of `tuned`. */
 let tunedBy = "";
-/** All rules and the step for which they are compared, as a report has them. @type {Pick<import("./messages").Tuning, "rows" | "step">} */
+/**
+ * All rules, and the step for which they are compared, as needed in a report.
+ *
+ * @type {Pick<import("./messages").Tuning, "rows" | "step">}
+ */
 let comparison = { rows: [], step: {} };
 
 /** @type {HTMLElement} */
@@ -111,7 +116,7 @@ export function mount(content) {
   store.on("settings", (names) => {
     showNext();
     showBode();
-    // CYCLE, the normalisation and the pulse former count in a rule; what the rule itself has written does not.
+    // Rules depend on CYCLE, the normalisation and the pulse former; ignore settings that the rule itself has written.
     const own = Object.keys(tuned?.values ?? {});
     if (tuned && names.some((/** @type {string} */ name) => !own.includes(name))) tune();
   });
@@ -188,7 +193,7 @@ function identifyRow() {
   );
 }
 
-/** The step test and the relay test, each in one button, with the size of the step. */
+/** The buttons for the step test and the relay test, with the size of the step. */
 function testButtons() {
   const kept = notes();
   const loop = store.loop;
@@ -205,7 +210,7 @@ function testButtons() {
     kept.step = size.value;
     fill(identifiedPlace, element("p", { role: "status" }, what));
     store.emit("pause");
-    // The action is displayed before the engine blocks.
+    // Display the action before the engine blocks the page.
     await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
     try {
       if (!store.isLive()) await store.begin();
@@ -214,7 +219,7 @@ function testButtons() {
       if (store.isLive()) await store.take(ask({ do: "state" }));
       refuse(error instanceof Error ? error.message : String(error));
     }
-    // Values set in the run are kept over a reload, and their effects are reported.
+    // Save the values set in the run for a reload, and report their effects.
     store.emit("settings", []);
     store.check();
   };
@@ -248,7 +253,7 @@ function testButtons() {
 }
 
 /**
- * A relay finds the ultimate gain and period. Without a step test, they represent the plant.
+ * Takes the ultimate gain and period from a relay test. If there is no model yet, they represent the plant.
  *
  * @param {import("./messages").RelayTested} tested
  */
@@ -276,19 +281,23 @@ function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
   tune();
 }
 
-/** The source of the last identified model: a CSV, or the run. @type {boolean | undefined} */
+/** Whether the last model was identified from a CSV rather than the run. @type {boolean | undefined} */
 let isFromCsv;
 
-/** The part of a loop's run that its last step test was: what follows gives the loop back. @type {WeakMap<object, { from: number, to: number }>} */
+/**
+ * The part of a loop's run covered by its last step test, without the return to the previous mode.
+ *
+ * @type {WeakMap<object, { from: number, to: number }>}
+ */
 const tests = new WeakMap();
 
-/** From the whole run. */
+/** Identifies from the whole run. */
 function identifyRun() {
   if (store.loop) tests.delete(store.loop);
   identify(false);
 }
 
-/** Another method, or another kind of plant: the same data yield another model. */
+/** Identifies from the same data again, after a change of method or kind of plant. */
 function identifyAgain() {
   if (isFromCsv !== undefined) identify(isFromCsv, store.loop && tests.get(store.loop));
 }
@@ -333,7 +342,7 @@ function showCsv() {
   );
 }
 
-/** @param {boolean} fromCsv @param {{ from?: number, to?: number }} [part] the part of the run, without it all of it */
+/** @param {boolean} fromCsv @param {{ from?: number, to?: number }} [part] the part of the run; by default, all of it */
 async function identify(fromCsv, part = {}) {
   const loop = store.loop;
   if (!loop) return;
@@ -366,7 +375,7 @@ async function identify(fromCsv, part = {}) {
   }
 }
 
-/** The previous model does not belong to this recording. @param {string} why */
+/** Shows why no model was found, and clears the previous one, which does not belong to these data. @param {string} why */
 function refuse(why) {
   endChart();
   text(fit, "");
@@ -416,7 +425,7 @@ function writeModel(of) {
   showUnits();
   for (const [name, input] of modelFields) {
     const value = /** @type {Record<string, any>} */ (of)[name] ?? 0;
-    // Four digits are more than a step determines; all are used.
+    // Four digits are more than a step can determine, but all are used in calculations.
     kept.model[name] = String(value);
     input.value = rounded(value, "LREAL", 4);
     input.dataset.full = String(value);
@@ -425,12 +434,12 @@ function writeModel(of) {
   }
 }
 
-/** The loop's units, once known. */
+/** The loop's units; empty until they are known. */
 let unitsOf = { processValue: "", manipulatedValue: "" };
 
 async function findUnits() {
   const loop = store.loop;
-  // Until they are found, no loop has those of another.
+  // Do not show the units of the previous loop in the meantime.
   unitsOf = { processValue: "", manipulatedValue: "" };
   if (!loop) return;
   const found = await units(loop).catch(() => unitsOf);
@@ -512,7 +521,7 @@ function modelRow() {
 }
 
 /**
- * The model of the fields, or their problem.
+ * The model in the fields, or their problem; `undefined` if a field is empty.
  *
  * @returns {Model | string | undefined}
  */
@@ -613,7 +622,7 @@ function ruleRow() {
   );
 }
 
-/** Asks for the settings of all rules, and shows them. */
+/** Fetches the settings of all rules and shows them. */
 async function tune() {
   const loop = store.loop;
   if (!loop) return;
@@ -640,7 +649,7 @@ async function tune() {
       ...{ pace: kept.pace, step, band, ultimate: kept.ultimate, exchange: loop.exchange },
     };
     const table = await ask({ do: "rules", ...request });
-    // Without a P action, for example, there is no such row.
+    // There is no row for settings in force that cannot be evaluated, for example without P action.
     const own = { ...request.controller, values: valuesOf(loop, "sent") };
     const present = await ask({ do: "in_force", ...request, controller: own }).catch(() => undefined);
     if (mine !== asked || store.loop !== loop) return;
@@ -660,7 +669,11 @@ async function tune() {
   }
 }
 
-/** A row of the table for a report, which is kept with the loop: of its curves both ends of the setpoint. @param {import("./messages").RuleOutcome} row */
+/**
+ * A row of the table for a report, which is stored with the loop: without curves except for both ends of the setpoint.
+ *
+ * @param {import("./messages").RuleOutcome} row
+ */
 function withoutCurves(row) {
   if (!row.tuned) return row;
   const { predicted } = row.tuned;
@@ -669,7 +682,7 @@ function withoutCurves(row) {
   return { ...row, tuned: { ...row.tuned, predicted: { ...predicted, ...ends } } };
 }
 
-/** The open loop, for the settings in force and for those of the rule. */
+/** Shows the Bode plot of the open loop, for the settings in force and for those of the rule. */
 function showBode() {
   const of = model();
   if (store.loop && tuned && typeof of === "object") bode.show(store.loop, of, tunedBy, tuned.values);
@@ -677,12 +690,12 @@ function showBode() {
 }
 
 /**
- * All rules side by side, and the settings of the chosen one.
+ * Shows all rules side by side, and the settings of the chosen one.
  *
  * @param {import("./messages").RulesTable} compared
  * @param {import("./messages").RuleOutcome | undefined} chosen
- * @param {string} place where the typed step begins and ends, or empty: the rows are for another one then, which nobody is offered to run
- * @param {Tuned | undefined} present the settings in force, with what they lead to
+ * @param {string} place the value at which the typed step both begins and ends, or empty: then the step cannot be run
+ * @param {Tuned | undefined} present the settings in force, with their predicted effects
  */
 function showRules(compared, chosen, place, present) {
   const loop = store.loop;
@@ -720,13 +733,13 @@ function showRules(compared, chosen, place, present) {
   if (again instanceof HTMLElement) again.focus();
 }
 
-/** What drives the loop, of which a model is: when it changes, the model is of another one. @param {import("tool/store.js").Work} loop */
+/** A key of the plant and its connections: when it changes, the model is out of date. @param {import("tool/store.js").Work} loop */
 function plantOf({ members, connections }) {
   return JSON.stringify([members, connections]);
 }
 
 /**
- * That the model is that of another plant, if it is.
+ * A remark if the plant has changed since the model was identified.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {Notes} kept
@@ -741,7 +754,7 @@ function stale(loop, { plant }) {
 let showNext = () => {};
 
 /**
- * Apply, and the step that is predicted, one beside the other.
+ * The buttons to apply the settings and to run the predicted step.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {string} rule
@@ -776,7 +789,7 @@ function nextRow(loop, rule, answer, isStep) {
 }
 
 /**
- * Makes the step that was predicted: it begins in automatic mode, at rest.
+ * Runs the predicted step, which begins in automatic mode, at rest.
  *
  * @param {string} setpoint
  * @param {number} from
@@ -796,7 +809,7 @@ async function runStep(setpoint, from, to) {
   }
 }
 
-/** Shows the part of the run in which the step will be, for as long as it is predicted. */
+/** Shows the part of the run in which the predicted step will be. */
 function showStep() {
   const { times = [] } = store.prediction?.curves ?? {};
   const [start, length] = [store.state?.time ?? 0, (times.at(-1) ?? 0) - (times[0] ?? 0)];
@@ -818,7 +831,7 @@ function applyTuned(answer) {
 }
 
 /**
- * Where the settings of the shown loop come from, for a report: once a rule was applied.
+ * The tuning last applied to the current loop, for a report; `null` if no rule has been applied.
  *
  * @returns {import("./messages").Tuning | null}
  */
@@ -826,7 +839,7 @@ export function tuning() {
   return store.loop ? notes().applied : null;
 }
 
-/** The ratio of heating and cooling, for blocks that have one. */
+/** Shows the ratio of heating and cooling, for blocks that have one. */
 function showRatio() {
   if (store.loop) fill(ratioPlace, ratioRow(store.loop, notes(), model));
 }

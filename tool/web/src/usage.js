@@ -1,18 +1,18 @@
 /**
- * Where a variable of a program is declared, written and read, and the bar that leads there.
+ * Where a variable of a program is declared, written and read, and the bar with links to these places.
  *
  * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").Compiled} Compiled
  *
- * @typedef {object} Variable a variable as a block names it
+ * @typedef {object} Variable a variable as named in a block
  * @property {string} path
  * @property {boolean} isGlobal
  *
  * @typedef {object} Spot
- * @property {number} file the number of the source
+ * @property {number} file index of the source
  * @property {number} line
  *
- * @typedef {object} Way a button of the bar
+ * @typedef {object} Way a link in the bar
  * @property {string} label
  * @property {string} title what it does
  * @property {() => void} go
@@ -21,7 +21,7 @@
 import { element, fill } from "tool/dom.js";
 import { store } from "tool/store.js";
 
-/** The maximum number of places listed of each kind. */
+/** The maximum number of places of each kind listed. */
 const MOST_LISTED = 12;
 
 /** @param {string} text */
@@ -35,7 +35,7 @@ function first(path) {
 }
 
 /**
- * Where a variable is declared; a tag of a table is declared in no source.
+ * Where a variable is declared; `undefined` for a tag from a tag table, which no source declares.
  *
  * @param {Compiled} compiled
  * @param {Block} block
@@ -72,7 +72,7 @@ export function usesOf(compiled, block, of) {
       .filter(isIt)
       .map(({ line }) => line);
     for (const line of new Set(written)) writers.push({ file: one.file, line });
-    // A line that names it reads it, unless all that it does is to write it.
+    // A line that names the variable reads it, unless it only writes it.
     const named = one.names.filter(isIt).map(({ line }) => line);
     for (const line of new Set(named))
       if (read.includes(line) || !written.includes(line)) readers.push({ file: one.file, line });
@@ -106,12 +106,12 @@ function callers(compiled, block, formal) {
 }
 
 /**
- * Fills the bar of a variable that was chosen: its value, why it has it, and the ways to where it is used.
+ * Fills the bar of a chosen variable: its value, buttons to explain and watch it, and links to its uses.
  *
  * @param {HTMLElement} bar
- * @param {string} text the variable as it is written
+ * @param {string} text the variable as written
  * @param {{ text: string, name: string | undefined } | undefined} found its value, and its name if the run has it
- * @param {[string, Way[]][]} ways each with the word before them
+ * @param {[string, Way[]][]} ways links, each group with its heading
  */
 export function showUsage(bar, text, found, ways) {
   const name = found?.name;

@@ -1,10 +1,10 @@
 /**
- * Values as the PLC has them and as a user reads and writes them.
+ * Values in the PLC, and their text as users read and write it.
  *
  * @typedef {import("./messages").Value} Value
  */
 
-/** PLC types that are whole numbers, with their ranges. @type {Record<string, [number, number]>} */
+/** Integer PLC types with their ranges. @type {Record<string, [number, number]>} */
 const WHOLE = {
   INT: [-32768, 32767],
   WORD: [-32768, 32767],
@@ -37,7 +37,7 @@ export function number(value) {
 }
 
 /**
- * Whether two values are the same in a variable of this type: a REAL holds 24 bits, a TIME whole milliseconds.
+ * Whether two values are equal in a variable of this type: a REAL has 24 significant bits, a TIME whole milliseconds.
  *
  * @param {string} kind
  * @param {Value} one
@@ -51,7 +51,7 @@ export function same(kind, one, other) {
 }
 
 /**
- * A value with as many digits as tell it from its neighbours in its type, and no more. A REAL 0.1 is `0.1`.
+ * A value with just enough digits to tell it from its neighbours in its type. A REAL 0.1 is `0.1`.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind
@@ -68,7 +68,7 @@ export function shown(value, kind) {
 }
 
 /**
- * A value with space for this many characters only: rounded for display, never for copying.
+ * A value rounded to this many digits, for display and never for copying.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind
@@ -81,11 +81,11 @@ export function rounded(value, kind, digits = 5) {
   return String(Number(x.toPrecision(digits)));
 }
 
-/** Bit strings of a PLC, with their digits. @type {Record<string, number>} */
+/** PLC bit strings, with their number of hexadecimal digits. @type {Record<string, number>} */
 const BITS = { BYTE: 2, WORD: 4, DWORD: 8 };
 
 /**
- * A bit string of a program as the PLC shows it, `16#0002`; a value of another type has no such form.
+ * A bit string in PLC notation, `16#0002`; `undefined` for other types.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind
@@ -100,8 +100,8 @@ export function hexadecimal(value, kind) {
 }
 
 /**
- * A value of a program as the PLC shows it: a TIME or a bit string in its form, a whole number with all its digits, a number with a
- * fraction rounded for the eye.
+ * A value of a program in PLC notation: a TIME or a bit string in its own form, a whole number with all digits, other numbers rounded
+ * for display.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind
@@ -115,7 +115,7 @@ export function plcText(value, kind, digits = 7) {
 }
 
 /**
- * A TIME as the PLC shows it: `T#1M20S500MS`.
+ * A TIME in PLC notation: `T#1M20S500MS`.
  *
  * @param {number} seconds
  */
@@ -138,7 +138,7 @@ export function plcTime(seconds) {
 }
 
 /**
- * The user's text: a value, or a sentence that states the problem.
+ * Parses the user's text; returns the value, or the problem and its remedy.
  *
  * @param {string} text
  * @param {{ name: string, kind: string }} variable
@@ -202,7 +202,7 @@ function short(text) {
 }
 
 /**
- * The number with the fewest digits that is the same REAL.
+ * The number with the fewest digits that yields the same REAL.
  *
  * @param {number} x
  */

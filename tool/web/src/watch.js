@@ -1,6 +1,6 @@
 /**
- * The watch table: any variables with their values, now or at the cursor. Each can be set once, or forced for every call. It is kept
- * with the loop.
+ * The watch table: variables of the user's choice with their values, now or at the cursor. Each can be set once, or forced in every
+ * call. The table is stored with the loop.
  *
  * @typedef {import("./messages").Value} Value
  * @typedef {import("tool/signals.js").Signal} Signal
@@ -17,7 +17,7 @@ import { called, isSwitch, signals, unitText } from "tool/signals.js";
 import { isSettable, split, store } from "tool/store.js";
 import { plcText, read, shown } from "tool/values.js";
 
-/** The maximum number of names offered at once. */
+/** The maximum number of names offered in the list. */
 const MOST_OFFERED = 300;
 
 /** @type {HTMLElement} */
@@ -32,7 +32,7 @@ let adding;
 let offers;
 /** All variables of the loop. @type {Signal[]} */
 let available = [];
-/** How each row is shown anew. @type {(() => void)[]} */
+/** Functions that update each row. @type {(() => void)[]} */
 let rows = [];
 
 /** @param {HTMLElement} content */
@@ -52,7 +52,7 @@ export function mount(content) {
   build();
 }
 
-/** The names that are watched, in their order. @param {Work} loop @returns {string[]} */
+/** The watched names, in order. @param {Work} loop @returns {string[]} */
 function watched(loop) {
   return loop.notes.watch ?? [];
 }
@@ -78,7 +78,7 @@ function add() {
   if (!watched(loop).includes(found.name)) keep([...watched(loop), found.name]);
 }
 
-/** Makes the table of the loop that is shown. */
+/** Builds the table for the current loop. */
 async function build() {
   const loop = store.loop;
   if (!loop || !programOf(loop)) return;
@@ -131,7 +131,7 @@ function row(loop, { name, member, variable }) {
   const set = () => {
     const values = given();
     if (!values) return;
-    // A variable that a user may set is set in its field.
+    // A settable input is set through its field.
     const isInput = isSettable(variable) && variable.is_tunable && !wire && !isForced(name);
     const own = member === loop.member ? { [split(name)[1]]: values[name] } : values;
     (isInput ? store.now(own) : write(values)).catch(store.say);

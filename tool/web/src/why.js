@@ -1,7 +1,7 @@
 /**
- * Why a variable has its value: the statement that wrote it last, the conditions under which that ran, and what both were made of,
- * each of which can be asked in turn. Which statements ran, and which operands decided, is the engine's record of the call; other
- * values are those at its end.
+ * Why a variable has its value: the statement that wrote it last, the conditions under which it ran, and the operands of both, each of
+ * which can be explained in turn. The engine records which statements ran in a call and which operands decided; other values are those
+ * at the end of the call.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Decision} Decision
@@ -13,21 +13,21 @@
  * @typedef {object} Found a statement that may write the variable
  * @property {Write} write
  * @property {string} file
- * @property {number} source the number of its source
- * @property {string} block in which it stands
- * @property {number} number of the write in its block
- * @property {string} instance in which it stands
- * @property {string} prefix of that instance
- * @property {[string, string][]} constants of its block, with their values
- * @property {import("./messages").Network[]} networks of its block
+ * @property {number} source index of its source
+ * @property {string} block its block
+ * @property {number} number index of the write in its block
+ * @property {string} instance its instance
+ * @property {string} prefix path prefix of that instance
+ * @property {[string, string][]} constants constants of its block, with their values
+ * @property {import("./messages").Network[]} networks networks of its block
  *
- * @typedef {object} Call what is known of a call
+ * @typedef {object} Call the known facts about a call
  * @property {number} call
  * @property {Values} values at its end
- * @property {import("./messages").Value | null} [before] what the variable that is asked for was before the call
- * @property {number} [first] the first line that has written it in the call: what is read there and before is `before`
+ * @property {import("./messages").Value | null} [before] value of the explained variable before the call
+ * @property {number} [first] first line that wrote it in the call: up to this line, `before` is read
  * @property {import("./messages").Monitored} monitored
- * @property {[string, string][]} looked the blocks of which it is known what decided, with their instances
+ * @property {[string, string][]} looked the blocks for which decisions were requested, with their instances
  */
 
 import { element, fill } from "tool/dom.js";
@@ -40,19 +40,23 @@ import { called } from "tool/signals.js";
 import { isSettable, split, store } from "tool/store.js";
 import { plcText } from "tool/values.js";
 
-/** Of later calls it is not known which statements ran. */
+/** The last call for which the executed statements are known. */
 const MOST_CALLS = 20_000;
 /** The maximum number of executed statements listed, and of others. */
 const MOST_LISTED = 6;
 
 /** @type {HTMLElement} */
 let place;
-/** What was asked, the last one last; in which call, without one in that of the cursor or of now. @type {{ name: string, call?: number }[]} */
+/**
+ * The questions asked so far, latest last, each with its call; by default, the call at the cursor or the current one.
+ *
+ * @type {{ name: string, call?: number }[]}
+ */
 let asked = [];
 /** The call whose decisions are marked in the networks. @type {number | undefined} */
 let marked;
 
-/** The place of the answer. */
+/** The panel for the answer. */
 export function whyPanel() {
   place = element("section.why", { "aria-live": "polite", hidden: true });
   store.on("why", (/** @type {string} */ name) => {
@@ -61,7 +65,7 @@ export function whyPanel() {
     answer(name);
   });
   store.on("loop", close);
-  // What decided in one call is no mark in the networks of another.
+  // Remove the marks of one call from the networks of another.
   for (const what of ["cursor", "state"])
     store.on(what, () => marked !== undefined && marked !== shownCall() && unmark());
   return place;
@@ -78,13 +82,13 @@ function unmark() {
   store.emit("decided");
 }
 
-/** The call that is looked at. */
+/** The displayed call. */
 function shownCall() {
   const time = cursorTime();
   return time === undefined ? (store.state?.calls ?? 0) - 1 : callAt(time);
 }
 
-/** @param {string} name @param {number} [of] the call; that which is looked at without it */
+/** @param {string} name @param {number} [of] the call; by default, the displayed one */
 async function answer(name, of) {
   const loop = store.loop;
   const state = store.isLive() ? store.state : undefined;
@@ -122,7 +126,7 @@ async function answer(name, of) {
  * @param {Work} loop
  * @param {string} name
  * @param {number} call
- * @returns {Promise<HTMLElement[]>} a heading first
+ * @returns {Promise<HTMLElement[]>} beginning with a heading
  */
 async function explained(loop, name, call) {
   unmark();
@@ -147,7 +151,7 @@ async function explained(loop, name, call) {
   if (call >= MOST_CALLS) return says(`Which statements ran is known of the first ${MOST_CALLS} cycles only.`);
   const all = writesOf(of.compiled, own);
   if (all.length === 0) return says("No statement of the program writes it: it has its start value.");
-  // Statements that ran in this call, else those of the call that changed it.
+  // Statements that ran in this call, otherwise those of the call that last changed the variable.
   let at = await callOf(member, call, all);
   if (!all.some((one) => hasRun(at, one)) && changed) at = await callOf(member, changed, all);
   const ran = all.filter((one) => hasRun(at, one)).reverse();
@@ -183,13 +187,13 @@ async function callOf(member, call, all) {
   return { call, values, looked, monitored: await ask({ do: "monitor", member, call, why: looked }) };
 }
 
-/** What decided a statement. @param {Call} at @param {Found} of */
+/** The recorded decisions for a statement. @param {Call} at @param {Found} of */
 function decisionsOf({ looked, monitored }, { block, instance, number }) {
   const asked = looked.findIndex((one) => one[0] === block && one[1] === instance);
   return monitored.decided[asked]?.[number];
 }
 
-/** In the networks, what decided is marked. @param {Found | undefined} of @param {Call} at */
+/** Marks the deciding operands in the networks. @param {Found | undefined} of @param {Call} at */
 function mark(of, at) {
   const { value, guards } = (of && decisionsOf(at, of)) ?? { value: null, guards: [] };
   const wires = [value, ...guards].flatMap((one) => one?.wires ?? []);
@@ -208,7 +212,7 @@ function plain(text) {
 }
 
 /**
- * The statements that may write a variable: those that name it, and the calls of the instance that it belongs to.
+ * The statements that may write a variable: those that name it, otherwise calls of the instance to which it belongs.
  *
  * @param {Compiled} compiled
  * @param {string} own
@@ -219,7 +223,7 @@ function writesOf(compiled, own) {
   const all = compiled.blocks.flatMap((block) => {
     const parts = compiled.parts.filter((part) => plain(part.block) === plain(block.name));
     const instances = parts.map(({ path }) => path);
-    // Which of several instances wrote it is not known, and a function has none.
+    // It is unknown which of several instances wrote it, and a function has none.
     const global = [instances.length === 1 ? instances[0] : ""];
     return block.writes.flatMap((write, number) =>
       (write.is_global ? global : instances).map((instance) => {
@@ -236,7 +240,7 @@ function writesOf(compiled, own) {
       }),
     );
   });
-  // An index that is a variable may be any.
+  // A variable index may have any value.
   const fits = (/** @type {string} */ path) =>
     path === wanted ||
     (path.includes("[") && path.replace(/\[[^\]]*\]/g, "[]") === wanted.replace(/\[[^\]]*\]/g, "[]"));
@@ -245,20 +249,20 @@ function writesOf(compiled, own) {
 }
 
 /**
- * A statement with what it was made of and the conditions under which it runs.
+ * A statement with its operands and the conditions under which it runs.
  *
  * @param {Work} loop
  * @param {string} member
  * @param {Found} of
  * @param {Call} at
  * @param {string} title
- * @param {string} name the variable that is asked for
+ * @param {string} name the explained variable
  */
 function statement(loop, member, of, at, title, name) {
   const { write, file } = of;
   const decisions = decisionsOf(at, of);
   const ran = hasRun(at, of);
-  // A number is not decided, it is calculated.
+  // A number has no deciding operands: it is calculated.
   const value = ran && decisions?.value?.truth !== null ? decisions?.value : null;
   const reads = (/** @type {Named[]} */ names, /** @type {Decision | null | undefined} */ decision) =>
     apart(operands(loop, member, of, names, at, decision, name), decision);
@@ -276,7 +280,7 @@ function statement(loop, member, of, at, title, name) {
       "ul",
       guardsOf(write, ran).map((guard) => {
         const decision = decisions?.guards[write.guards.indexOf(guard)];
-        // What has run had its condition: that was calculated once more after that. Of a loop it is what ended it.
+        // The statement ran, so a contrary record is from a later evaluation; in a loop, it is the one that ended the loop.
         const isAgain = ran && decision?.truth === guard.is_negated;
         const isEnd = isAgain && (guard.of === "while" || guard.of === "until");
         return element(
@@ -291,19 +295,24 @@ function statement(loop, member, of, at, title, name) {
   );
 }
 
-/** Where a statement stands: in a network that is drawn, or in a line. @param {Found} of @param {number} line */
+/** The location of a statement: a drawn network, or a line. @param {Found} of @param {number} line */
 function networkOrLine({ networks }, line) {
   const drawn = networks.filter(({ elements }) => elements.some((one) => one.line === line));
   return drawn.length === 1 ? `network ${drawn[0].number}` : `line ${line}`;
 }
 
-/** The conditions of a statement. That of REPEAT, which stands at its end, keeps nothing from running. @param {Write} write @param {boolean} ran */
+/**
+ * The conditions of a statement. The condition of REPEAT is at the end and cannot keep a statement from running.
+ *
+ * @param {Write} write
+ * @param {boolean} ran
+ */
 function guardsOf({ guards }, ran) {
   return guards.filter(({ of }) => ran || of !== "until");
 }
 
 /**
- * The operands of a truth value: those that decided apart from those that made no difference.
+ * The operands of a truth value, grouped into those that decided and those that made no difference.
  *
  * @param {{ part: Decision["parts"][number] | undefined, shown: HTMLElement }[]} all
  * @param {Decision | null | undefined} decision
@@ -338,14 +347,14 @@ function apart(all, decision) {
   ];
 }
 
-/** The word for a condition: for a CASE it is a value with a label, not a truth value. @param {import("./messages").Guard} guard */
+/** The keyword of a condition: in a CASE it is a value with a label, not a truth value. @param {import("./messages").Guard} guard */
 function wordOf({ of, is_negated: isNegated }) {
   if (of === "case") return isNegated ? "in the ELSE of the CASE of " : "in the CASE of ";
   if (of === "if") return isNegated ? "if not " : "if ";
   return `${of} `;
 }
 
-/** The order in which operands count; one that is read twice has the part that says more. @type {(string | undefined)[]} */
+/** The order of operands; one that is read twice has the first applicable part. @type {(string | undefined)[]} */
 const PARTS = ["decided", "shared", "idle", undefined];
 
 /**
@@ -357,7 +366,7 @@ const PARTS = ["decided", "shared", "idle", undefined];
  * @param {Named[]} names
  * @param {Call} at
  * @param {Decision | null | undefined} decision
- * @param {string} written the variable that is asked for
+ * @param {string} written the explained variable
  */
 function operands(loop, member, { write, prefix, constants }, names, at, decision, written) {
   const { call, values, before, first, monitored } = at;
@@ -383,19 +392,19 @@ function operands(loop, member, { write, prefix, constants }, names, at, decisio
   });
 }
 
-/** A value that cannot be asked any further. @param {string} text @param {string} [title] */
+/** A value that cannot be explained any further. @param {string} text @param {string} [title] */
 function value(text, title) {
   return element("span.value", { title }, text);
 }
 
 /**
- * A variable with its value, which can be asked in turn.
+ * A variable with its value, as a button that explains it.
  *
  * @param {Work} loop
  * @param {string} name
  * @param {Values} values
- * @param {number} call in whose time it is asked
- * @param {boolean | null} [was] what it was when the condition was calculated
+ * @param {number} call the call for which it is explained
+ * @param {boolean | null} [was] its value when the condition was evaluated
  */
 function operand(loop, name, values, call, was) {
   const [member, own] = split(name);

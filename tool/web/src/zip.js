@@ -1,22 +1,22 @@
-/** Files out of a ZIP archive, and an archive with some of its files exchanged. */
+/** Extracts files from a ZIP archive, and replaces files in one. */
 
 const END = 0x06054b50;
 const ENTRY = 0x02014b50;
 const FILE = 0x04034b50;
 const [STORED, DEFLATED] = [0, 8];
-/** 1 January 1980, the earliest day that an archive can name: the same content gives the same bytes. */
+/** 1 January 1980, the earliest date possible in an archive; it is fixed, so that the same content always gives the same bytes. */
 const DAY = 0x21;
-/** Names are UTF-8. */
+/** The flag for UTF-8 names. */
 const UTF8 = 0x800;
 
 /**
- * The directory of an archive: its files, with the place of each in the directory.
+ * The directory of an archive: its files, each with the offset of its entry.
  *
  * @param {Blob} archive
- * @throws {Error} it is no archive
+ * @throws {Error} if it is not an archive
  */
 async function opened(archive) {
-  // The end of the directory may be followed by a comment of 65535 bytes.
+  // The end of the directory may be followed by a comment of up to 65535 bytes.
   const from = Math.max(0, archive.size - 22 - 0xffff);
   const tail = new DataView(await archive.slice(from).arrayBuffer());
   let end = tail.byteLength - 22;
@@ -35,13 +35,13 @@ async function opened(archive) {
 }
 
 /**
- * The content of a file in an archive, or nothing if it is not there.
+ * The content of a file in an archive; `undefined` if there is no such file.
  *
  * @param {Blob} archive
  * @param {string} path
- * @param {number} limit the largest size of the content in bytes
+ * @param {number} limit the maximum size of the content in bytes
  * @returns {Promise<Uint8Array | undefined>}
- * @throws {Error} it is no archive, or the file in it is too large
+ * @throws {Error} if it is not an archive, or the file is too large
  */
 export async function unzipped(archive, path, limit) {
   const { directory, files } = await opened(archive);
@@ -50,13 +50,13 @@ export async function unzipped(archive, path, limit) {
 }
 
 /**
- * The contents of the files in an archive by their paths.
+ * The contents of files in an archive, by path.
  *
  * @param {Blob} archive
  * @param {(path: string) => boolean} isWanted
- * @param {number} limit the largest size of all contents in bytes
+ * @param {number} limit the maximum total size of the contents in bytes
  * @returns {Promise<Map<string, Uint8Array<ArrayBuffer>>>}
- * @throws {Error} it is no archive, or it is too large
+ * @throws {Error} if it is not an archive, or too large
  */
 export async function unzippedAll(archive, isWanted, limit) {
   const { directory, files } = await opened(archive);
@@ -73,13 +73,13 @@ export async function unzippedAll(archive, isWanted, limit) {
 }
 
 /**
- * An archive with some files replaced, and others removed. Unchanged files are copied in packed form.
+ * A copy of an archive with some files replaced and others removed. Unchanged files are copied in compressed form.
  *
  * @param {Blob} archive
- * @param {Map<string, Uint8Array<ArrayBuffer>>} changed the files that are new or differ
+ * @param {Map<string, Uint8Array<ArrayBuffer>>} changed the new or changed files
  * @param {(path: string) => boolean} isLeftOut
  * @returns {Promise<Blob>}
- * @throws {Error} it is no archive
+ * @throws {Error} if it is not an archive
  */
 export async function rezipped(archive, changed, isLeftOut) {
   const { directory, files } = await opened(archive);
@@ -95,7 +95,7 @@ export async function rezipped(archive, changed, isLeftOut) {
    */
   const add = (path, packed, { method, sum, size, attributes }) => {
     const name = new TextEncoder().encode(path);
-    // The fields shared by the header of a file and its entry in the directory, from the required version on.
+    // The fields common to a file's header and its directory entry, beginning with the required version.
     const shared = new DataView(new ArrayBuffer(26));
     shared.setUint16(0, 20, true);
     shared.setUint16(2, UTF8, true);
@@ -171,7 +171,7 @@ function checksum(of) {
 }
 
 /**
- * A file in packed form.
+ * A file in compressed form.
  *
  * @param {Blob} archive
  * @param {DataView} directory
