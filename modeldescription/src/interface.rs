@@ -57,7 +57,10 @@ impl Interface {
             && let Some(version) = library["interface"]["version"].as_str().filter(|version| *version != VERSIONS[0])
         {
             let version = shortened(version);
-            return Err(Error::new(format!("the library has FMI {version}: only FMI {} is supported", VERSIONS[0])));
+            return Err(Error::new(format!(
+                "the library implements FMI {version}: only FMI {} is supported",
+                VERSIONS[0]
+            )));
         }
         let Library { table, interface } = table::from_json(json)?;
         let table = table.table()?;
@@ -230,6 +233,6 @@ mod tests {
     #[test]
     fn another_version_of_fmi_is_refused_by_name_whatever_else_it_tells() {
         let error = refused(r#""version":"2.0","guid""#, r#""version":"3.0","instantiationToken""#);
-        assert_eq!(error, "the library has FMI 3.0: only FMI 2.0 is supported");
+        assert_eq!(error, "the library implements FMI 3.0: only FMI 2.0 is supported");
     }
 }

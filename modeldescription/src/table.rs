@@ -102,7 +102,9 @@ impl TableGrammar {
             let setting = |name: &String| {
                 variables.iter().position(|other| other.name == *name && is_setting(other)).ok_or_else(|| {
                     let own = &row.name;
-                    wrong(format!("{own} has its restart value from {name:?}, which is not a parameter of the table"))
+                    wrong(format!(
+                        "the restart value of {own} depends on {name:?}, which is not a parameter in the table"
+                    ))
                 })
             };
             let from = row.from.iter().map(setting).collect::<Result<_, Error>>()?;
@@ -164,7 +166,7 @@ pub(crate) fn check(table: &Table) -> Result<(), Error> {
     match table.rows.get(table.cycle) {
         Some(row @ Row { kind: Kind::Time, role: Role::Cycle, .. }) if row.start() >= 0.001 => {}
         Some(row @ Row { kind: Kind::Time, role: Role::Cycle, name, .. }) => {
-            return wrong(format!("{name} starts at {:?} s: a block is called every millisecond at most", row.start()));
+            return wrong(format!("{name} starts at {:?} s: the minimum is 0.001 s", row.start()));
         }
         Some(Row { name, kind, role, .. }) => {
             let (kind, role) = (kind.name(), role.name());
@@ -179,7 +181,7 @@ pub(crate) fn check(table: &Table) -> Result<(), Error> {
         let numbers = [("starts at", Some(row.start())), ("has min", row.least()), ("has max", row.greatest())];
         if let Some((what, Some(number))) = numbers.into_iter().find(|(_, of)| of.is_some_and(|of| !of.is_finite())) {
             let name = &row.name;
-            return wrong(format!("{name} {what} {number:?}: give every start, min and max a finite number"));
+            return wrong(format!("{name} {what} {number:?}: every start, min and max must be finite"));
         }
     }
     if let Some(mean) = table.mean
@@ -204,7 +206,7 @@ pub(crate) fn check(table: &Table) -> Result<(), Error> {
         let (from, to) = characteristic.range;
         if !(from < to && characteristic.points >= 2 && characteristic.calls >= 1) {
             return wrong(format!(
-                "its characteristic over {} needs a range that rises, at least 2 points and 1 call",
+                "its characteristic over {} needs an ascending range, at least 2 points and 1 call",
                 characteristic.variable
             ));
         }
@@ -241,7 +243,7 @@ pub(crate) fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Error> {
         let begin = line.floor_char_boundary(end.saturating_sub(60));
         Error::new(format!(
             "the library's table cannot be read: {error}, after {:?}; build library and packer from the same sources, \
-             and give every start, min and max a finite number",
+             and make every start, min and max finite",
             &line[begin..end]
         ))
     })

@@ -26,7 +26,9 @@ pub fn check(description: &ModelDescription) -> Findings {
     for variable in &description.model_variables {
         let found = &mut |sentence: String| forbidden.push(about(variable, &sentence));
         if is_structured && !is_structured_name(&variable.name) {
-            found("the name is not a structured one: use identifiers with dots and [indices] between".into());
+            found(
+                "the name does not follow the structured naming convention: use identifiers, dots and [indices]".into(),
+            );
         }
         check_combination(variable, found);
         check_value(variable, &definitions, &mut |sentence| odd.push(about(variable, &sentence)));
@@ -100,13 +102,13 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
     for (place, variable) in description.model_variables.iter().enumerate() {
         let found = &mut |sentence: String| found(Some(place), about(variable, &sentence));
         if !names.insert(variable.name.as_str()) {
-            found("the name is used twice: give each variable its own".into());
+            found("the name is used twice: use a unique name for each variable".into());
         }
         if variable.is_settable() {
             let functions = functions(&variable.typed);
             if let Some(other) = settable.insert((functions, variable.value_reference), &variable.name) {
                 found(format!(
-                    "valueReference = {} is that of {:?} too: give each {functions} that can be set its own",
+                    "valueReference = {} is also used by {:?}: each settable {functions} needs its own",
                     variable.value_reference,
                     shortened(other)
                 ));
@@ -156,7 +158,7 @@ fn check_typed(typed: &Typed, definitions: &Definitions<'_>, count: usize, found
     let declared = definitions.declared(typed);
     if let (Some(name), None) = (typed.declared_type(), declared) {
         let name = shortened(name);
-        found(format!("declaredType = {name:?} is not defined: add the SimpleType, or leave it out"));
+        found(format!("declaredType = {name:?} is not defined: add the SimpleType, or remove the attribute"));
     }
     match (typed, declared) {
         (Typed::Real(real), None | Some(TypeAttributes::Real(_))) => {
@@ -167,7 +169,7 @@ fn check_typed(typed: &Typed, definitions: &Definitions<'_>, count: usize, found
             check_range(min, max, real.start, found);
             check_unit(&real.attributes, definitions, found);
             if let Some(index) = real.derivative.filter(|index| !is_index(*index, count)) {
-                found(format!("derivative = {index}: no such variable, the indices are 1 ... {count}"));
+                found(format!("derivative = {index}: no such variable; the indices are 1 to {count}"));
             }
         }
         (Typed::Integer(integer), None | Some(TypeAttributes::Integer(_))) => {
@@ -207,11 +209,11 @@ fn place(index: u32) -> Option<usize> {
 
 fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)) {
     if !is_index(unknown.index, count) {
-        found(format!("no such variable, the indices are 1 ... {count}"));
+        found(format!("no such variable; the indices are 1 to {count}"));
     }
     let mut dependencies = unknown.dependencies.iter().flatten();
     if let Some(dependency) = dependencies.find(|dependency| !is_index(**dependency, count)) {
-        found(format!("dependencies has {dependency}: no such variable, the indices are 1 ... {count}"));
+        found(format!("dependencies has {dependency}: no such variable; the indices are 1 to {count}"));
     }
     if let Some(kinds) = &unknown.dependencies_kind {
         let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));
@@ -227,12 +229,12 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     if let Some(identifier) = description.model_identifier() {
         if !is_identifier(identifier) {
             forbidden.push(format!(
-                "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, and no digit first"
+                "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, but no leading digit"
             ));
         }
         if identifier != name {
             odd.push(format!(
-                "modelIdentifier = {identifier:?} differs from modelName = {name:?}: the library has the model's name"
+                "modelIdentifier = {identifier:?} differs from modelName = {name:?}: name the library after the model"
             ));
         }
     }
@@ -245,20 +247,21 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     let texts = [("modelName", Some(name)), ("description", description.description.as_ref())];
     for (attribute, text) in texts {
         if let Some(character) = text.and_then(|text| text.chars().find(|character| !is_xml(*character))) {
-            forbidden.push(format!("{attribute}: XML cannot hold the character {character:?}: remove it"));
+            forbidden.push(format!("{attribute}: XML cannot represent the character {character:?}: remove it"));
         }
     }
     for variable in &description.model_variables {
         let mut texts = variable.name.chars().chain(variable.description.iter().flat_map(|text| text.chars()));
         if let Some(character) = texts.find(|character| !is_xml(*character)) {
-            let sentence = format!("XML cannot hold the character {character:?} of its name or description: remove it");
+            let sentence =
+                format!("XML cannot represent the character {character:?} in its name or description: remove it");
             forbidden.push(about(variable, &sentence));
         }
     }
     let experiment = description.default_experiment.unwrap_or_default();
     for (attribute, value) in [("stepSize", experiment.step_size), ("tolerance", experiment.tolerance)] {
         if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            odd.push(format!("DefaultExperiment: {attribute} = {value:?}: give a positive number"));
+            odd.push(format!("DefaultExperiment: {attribute} = {value:?}: it must be a positive number"));
         }
     }
     if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
@@ -274,7 +277,7 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     use Variability::{Constant, Continuous, Fixed, Tunable};
     let Variable { causality, variability, typed, .. } = variable;
     if *variability == Continuous && !matches!(typed, Typed::Real(_)) {
-        found(format!("variability = continuous: only a Real can be continuous, {} is discrete", typed.name()));
+        found(format!("variability = continuous: only a Real can be continuous; {} is discrete", typed.name()));
     }
     if !causality.allows(*variability) {
         found(format!("causality = {causality} and variability = {variability} are not allowed together"));
@@ -294,7 +297,7 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     let needs_start = *causality == Input || matches!(initial, Some(Initial::Exact | Initial::Approx));
     match (needs_start, typed.has_start()) {
         (true, false) => found("start is missing: add it".into()),
-        (false, true) => found("start is given, but the value is calculated: leave it out".into()),
+        (false, true) => found("start is given, but the value is calculated: remove it".into()),
         _ => {}
     }
 }
@@ -342,8 +345,9 @@ fn check_aliases(description: &ModelDescription, forbidden: &mut Counted) {
     for variable in variables().filter(|variable| variable.causality == Causality::Output) {
         if let Some(other) = set.get(&key(variable)) {
             let (reference, other) = (variable.value_reference, shortened(other));
-            let sentence =
-                format!("valueReference = {reference} is that of {other:?} too, which is set: give the output its own");
+            let sentence = format!(
+                "valueReference = {reference} is also used by {other:?}, which can be set: the output needs its own"
+            );
             forbidden.push(about(variable, &sentence));
         }
     }

@@ -102,7 +102,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
     let start = row.role.is_settable().then_some(row.start);
     match row.kind {
         Kind::Time if row.unit.as_deref().is_some_and(|unit| unit != "s") => {
-            Err(format!("unit {:?}: a TIME is in seconds; leave out its unit", row.unit.as_deref().unwrap_or("")))
+            Err(format!("unit {:?}: a TIME is in seconds; remove its unit", row.unit.as_deref().unwrap_or("")))
         }
         kind if kind.class() == Class::Real => Ok(Typed::Real(Real {
             attributes: RealAttributes {
@@ -117,7 +117,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
         })),
         kind if kind.class() == Class::Integer => {
             if let Some(unit) = &row.unit {
-                return Err(format!("unit {unit:?}: an FMI Integer has no unit; put it into the description"));
+                return Err(format!("unit {unit:?}: an FMI Integer has no unit; put it in the description"));
             }
             Ok(Typed::Integer(Integer {
                 attributes: IntegerAttributes {

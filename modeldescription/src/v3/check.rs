@@ -24,7 +24,9 @@ pub fn check(description: &ModelDescription) -> Findings {
     for variable in &description.model_variables {
         let found = &mut |sentence: String| forbidden.push(about(variable, &sentence));
         if is_structured && !is_structured_name(&variable.common.name) {
-            found("the name is not a structured one: use identifiers with dots and [indices] between".into());
+            found(
+                "the name does not follow the structured naming convention: use identifiers, dots and [indices]".into(),
+            );
         }
         check_combination(variable, found);
         check_display_unit(variable, &units, &types, &mut |sentence| odd.push(about(variable, &sentence)));
@@ -87,13 +89,13 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
         let own = &variable.common.name;
         for name in std::iter::once(own).chain(variable.aliases.iter().map(|alias| &alias.name)) {
             if !names.insert(name.as_str()) {
-                found(format!("the name {:?} is used twice: give each variable its own", shortened(name)));
+                found(format!("the name {:?} is used twice: use a unique name for each variable", shortened(name)));
             }
         }
         let reference = variable.value_reference();
         if let Some(other) = references.insert(reference, own) {
             found(format!(
-                "valueReference = {reference} is that of {:?} too: give each variable its own",
+                "valueReference = {reference} is also used by {:?}: each variable needs its own",
                 shortened(other)
             ));
         }
@@ -160,7 +162,7 @@ fn check_dimensions(
             (None, Some(reference)) if variables.contains(&reference) => {}
             (None, Some(reference)) => {
                 return found(format!(
-                    "Dimension: valueReference = {reference} is not that of a UInt64 that is constant or a structural \
+                    "Dimension: valueReference = {reference} does not refer to a UInt64 constant or structural \
                      parameter: correct it"
                 ));
             }
@@ -182,7 +184,7 @@ fn check_dimensions(
         && starts != 1
         && starts as u64 != count
     {
-        found(format!("start has {starts} values for {count}: give one for each, or one for all"));
+        found(format!("start has {starts} values for {count} elements: give one value for each, or one for all"));
     }
 }
 
@@ -197,7 +199,7 @@ fn check_typed(
     match declared {
         Some((name, None)) => {
             let name = shortened(name);
-            found(format!("declaredType = {name:?} is not defined: add the type definition, or leave it out"));
+            found(format!("declaredType = {name:?} is not defined: add the type definition, or remove the attribute"));
         }
         Some((name, Some(of))) if of.attributes.name() != typed.name() => {
             let (name, own) = (shortened(name), typed.name());
@@ -229,7 +231,7 @@ fn check_typed(
         }
         let all = own.attributes.min.iter().chain(&own.attributes.max).chain(own.start.iter().flatten());
         if let Some(outside) = all.into_iter().find(|value| !(low..=high).contains(*value)) {
-            found(format!("{outside} is not of type {}: it takes {low} ... {high}", typed.name()));
+            found(format!("{outside} is outside the range of {}, {low} to {high}", typed.name()));
         }
     }
 }
@@ -240,12 +242,12 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     if let Some(identifier) = description.model_identifier() {
         if !is_identifier(identifier) {
             forbidden.push(format!(
-                "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, and no digit first"
+                "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, but no leading digit"
             ));
         }
         if identifier != name {
             odd.push(format!(
-                "modelIdentifier = {identifier:?} differs from modelName = {name:?}: the library has the model's name"
+                "modelIdentifier = {identifier:?} differs from modelName = {name:?}: name the library after the model"
             ));
         }
     }
@@ -255,26 +257,27 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     let is_time = |variable: &&Variable| variable.common.causality == Causality::Independent;
     match description.model_variables.iter().filter(is_time).count() {
         1 => {}
-        count => forbidden.push(format!("{count} variables are independent: exactly one has to be, the time")),
+        count => forbidden.push(format!("{count} variables are independent: exactly one must be: the time")),
     }
     let texts = [("modelName", Some(name)), ("description", description.description.as_ref())];
     for (attribute, text) in texts {
         if let Some(character) = text.and_then(|text| text.chars().find(|character| !is_xml(*character))) {
-            forbidden.push(format!("{attribute}: XML cannot hold the character {character:?}: remove it"));
+            forbidden.push(format!("{attribute}: XML cannot represent the character {character:?}: remove it"));
         }
     }
     for variable in &description.model_variables {
         let own = &variable.common;
         let mut texts = own.name.chars().chain(own.description.iter().flat_map(|text| text.chars()));
         if let Some(character) = texts.find(|character| !is_xml(*character)) {
-            let sentence = format!("XML cannot hold the character {character:?} of its name or description: remove it");
+            let sentence =
+                format!("XML cannot represent the character {character:?} in its name or description: remove it");
             forbidden.push(about(variable, &sentence));
         }
     }
     let experiment = description.default_experiment.unwrap_or_default();
     for (attribute, value) in [("stepSize", experiment.step_size), ("tolerance", experiment.tolerance)] {
         if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            odd.push(format!("DefaultExperiment: {attribute} = {value:?}: give a positive number"));
+            odd.push(format!("DefaultExperiment: {attribute} = {value:?}: it must be a positive number"));
         }
     }
     if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
@@ -285,7 +288,7 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     if let Some(step) = description.co_simulation.as_ref().and_then(|own| own.fixed_internal_step_size)
         && !(step.is_finite() && step > 0.0)
     {
-        odd.push(format!("CoSimulation: fixedInternalStepSize = {step:?}: give a positive number"));
+        odd.push(format!("CoSimulation: fixedInternalStepSize = {step:?}: it must be a positive number"));
     }
 }
 
@@ -300,7 +303,7 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     }
     if variability == Continuous && typed.float().is_none() {
         found(format!(
-            "variability = continuous: only a Float32 or Float64 can be continuous, {} is discrete",
+            "variability = continuous: only a Float32 or Float64 can be continuous; {} is discrete",
             typed.name()
         ));
     }
@@ -326,11 +329,11 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
         found(format!("causality = {causality} and variability = {variability} do not allow initial = {initial}"));
     }
     if causality == Independent && typed.float().is_none() {
-        found(format!("the independent variable is of type {}: it has to be a Float32 or Float64", typed.name()));
+        found(format!("the independent variable is of type {}: it must be a Float32 or Float64", typed.name()));
     }
     match (matches!(initial, Some(Initial::Exact | Initial::Approx)), variable.has_start()) {
         (true, false) => found("start is missing: add it".into()),
-        (false, true) => found("start is given, but the value is calculated: leave it out".into()),
+        (false, true) => found("start is given, but the value is calculated: remove it".into()),
         _ => {}
     }
 }

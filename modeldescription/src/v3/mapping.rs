@@ -198,7 +198,7 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     let is_set = row.role.is_settable();
     if kind == Kind::Time && row.unit.as_deref().is_some_and(|unit| unit != "s") {
         let unit = row.unit.as_deref().unwrap_or_default();
-        return Err(format!("unit {unit:?}: a TIME is in seconds; leave out its unit"));
+        return Err(format!("unit {unit:?}: a TIME is in seconds; remove its unit"));
     }
     if matches!(name, "Float32" | "Float64") {
         // A 32-bit number is written with the fewest digits that distinguish it from its neighbours.
@@ -227,7 +227,7 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
         return Ok(Typed::Boolean(Boolean { start: is_set.then_some(start) }));
     }
     if let Some(unit) = row.unit.as_deref().filter(|_| !matches!(kind, Kind::Time | Kind::LTime)) {
-        return Err(format!("unit {unit:?}: an FMI integer has no unit; put it into the description"));
+        return Err(format!("unit {unit:?}: an FMI integer has no unit; put it in the description"));
     }
     let own = Integer {
         attributes: IntegerAttributes {

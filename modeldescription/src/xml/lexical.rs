@@ -28,7 +28,7 @@ impl Value for String {
     }
 
     fn expected() -> Cow<'static, str> {
-        "a text".into()
+        "a string".into()
     }
 
     fn text(&self) -> Option<Cow<'_, str>> {

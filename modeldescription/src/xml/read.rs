@@ -142,7 +142,7 @@ impl Tag<'_> {
                 }
                 let known = if names.is_empty() { "none".into() } else { names.join(", ") };
                 return Err(self.refused(&format!(
-                    "attribute {:?} is unknown: FMI {} has {known}",
+                    "attribute {:?} is unknown: FMI {} defines {known}",
                     shortened(name),
                     self.version
                 )));
@@ -161,7 +161,7 @@ impl Tag<'_> {
                 )
             })?;
             if let Some(character) = value.chars().find(|character| !is_xml(*character)) {
-                return Err(refused(&format!("XML cannot hold the character {character:?}: remove it")));
+                return Err(refused(&format!("XML cannot represent the character {character:?}: remove it")));
             }
             attributes[place] = Some(Attribute { tag: self, name: names[place], value });
         }
@@ -264,7 +264,7 @@ impl<'a> Document<'a> {
         self.elements += 1;
         let most = self.limits.elements;
         if self.elements > most {
-            return Err(self.refused(place, &format!("there are too many elements: the limit is {most}")));
+            return Err(self.refused(place, &format!("too many elements: the limit is {most}")));
         }
         Ok(Tag { tag, is_empty, version: self.schema.version, text: self.text, place })
     }
@@ -300,7 +300,7 @@ impl<'a> Document<'a> {
     fn end(&mut self) -> Result<(), Error> {
         match self.next()? {
             Piece::Tag(Tag { place, .. }) | Piece::Text(place) => {
-                Err(self.refused(place, &format!("something follows </{}>: remove it", self.schema.root.0)))
+                Err(self.refused(place, &format!("unexpected content after </{}>: remove it", self.schema.root.0)))
             }
             // The parser rejects an end tag without a start tag.
             Piece::EndTag | Piece::End => Ok(()),
@@ -342,7 +342,7 @@ impl<'a> Document<'a> {
             Piece::EndTag => Ok(None),
             Piece::Text(place) => {
                 let sentence = format!(
-                    "there is text inside {}: FMI {} allows none, remove it",
+                    "text inside {}, which FMI {} does not allow: remove it",
                     parent.name(),
                     self.schema.version
                 );
@@ -355,7 +355,7 @@ impl<'a> Document<'a> {
     fn count_variable(&mut self, variable: &Tag<'_>) -> Result<(), Error> {
         let most = self.limits.variables;
         if self.variables.len() >= most {
-            return Err(variable.refused(&format!("there are too many variables: the limit is {most}")));
+            return Err(variable.refused(&format!("too many variables: the limit is {most}")));
         }
         self.variables.push(variable.place);
         Ok(())
@@ -386,7 +386,7 @@ impl<'a> Document<'a> {
 }
 
 fn cut_off(element: &Tag<'_>) -> Error {
-    element.refused("the file ends inside this element: it is cut off")
+    element.refused("the file ends inside this element: it is truncated")
 }
 
 /// The version is determined first because other versions of FMI have different attributes.

@@ -171,7 +171,7 @@ fn two_variables_that_can_be_set_with_one_value_reference() {
     // An Enumeration is set by fmi2SetInteger; a Boolean or a String with the same value reference is a different
     // variable.
     let found = finding(|d| d.model_variables[7].value_reference = 0);
-    assert!(found.contains("variable \"choice\": valueReference = 0 is that of \"integer\" too"), "{found}");
+    assert!(found.contains("variable \"choice\": valueReference = 0 is also used by \"integer\""), "{found}");
     assert_eq!(findings(|d| d.model_variables[4].value_reference = 2), Vec::<String>::new());
 }
 
@@ -180,9 +180,8 @@ fn indices_of_variables_that_do_not_exist() {
     for index in [0, 12] {
         let found = findings(|d| d.model_structure.outputs[1].index = index);
         assert!(
-            found[0].contains(&format!(
-                "Outputs: Unknown with index = {index}: no such variable, the indices are 1 ... 11"
-            )),
+            found[0]
+                .contains(&format!("Outputs: Unknown with index = {index}: no such variable; the indices are 1 to 11")),
             "{found:?}"
         );
         let found = finding(|d| d.model_structure.outputs[0].dependencies = Some(vec![1, index]));
@@ -239,10 +238,10 @@ fn an_empty_guid_and_a_model_without_variables() {
 fn characters_that_xml_cannot_hold() {
     assert!(
         finding(|d| d.description = Some("a\u{7}".into()))
-            .contains("description: XML cannot hold the character '\\u{7}'")
+            .contains("description: XML cannot represent the character '\\u{7}'")
     );
     let found = finding(|d| d.model_variables[4].description = Some("\u{ffff}".into()));
-    assert!(found.contains("variable \"input\": XML cannot hold the character '\\u{ffff}'"), "{found}");
+    assert!(found.contains("variable \"input\": XML cannot represent the character '\\u{ffff}'"), "{found}");
 }
 
 #[test]

@@ -243,12 +243,17 @@ fn what_is_no_xml_is_refused() {
     assert_refused("guid='{2}'", "guid='<2>'", 4, &["guid = \"<2>\"", "&lt;"]);
     assert_refused("guid='{2}'", "guid='&#1;'", 4, &["guid = \"&#1;\": "]);
     assert_refused("guid='{2}'", "guid='&#x110000;'", 4, &["guid = "]);
-    assert_refused("guid='{2}'", "guid='\u{b}'", 4, &["guid = \"\\u{b}\": XML cannot hold the character"]);
-    assert_refused("<Derivatives/>", "derivatives", 46, &["there is text inside ModelStructure"]);
-    assert_refused("<Derivatives/>", "&amp;", 46, &["there is text inside ModelStructure"]);
-    assert_refused("<Derivatives/>", "<![CDATA[x]]>", 46, &["there is text inside ModelStructure"]);
-    assert_refused("<!-- the end -->", "<fmiModelDescription/>", 50, &["something follows </fmiModelDescription>"]);
-    assert_refused("<!-- the end -->", "the end", 50, &["something follows"]);
+    assert_refused("guid='{2}'", "guid='\u{b}'", 4, &["guid = \"\\u{b}\": XML cannot represent the character"]);
+    assert_refused("<Derivatives/>", "derivatives", 46, &["text inside ModelStructure"]);
+    assert_refused("<Derivatives/>", "&amp;", 46, &["text inside ModelStructure"]);
+    assert_refused("<Derivatives/>", "<![CDATA[x]]>", 46, &["text inside ModelStructure"]);
+    assert_refused(
+        "<!-- the end -->",
+        "<fmiModelDescription/>",
+        50,
+        &["unexpected content after </fmiModelDescription>"],
+    );
+    assert_refused("<!-- the end -->", "the end", 50, &["unexpected content after"]);
     assert_refused("version='1.0'", "version='1.1'", 1, &["XML \"1.1\" is not supported"]);
     assert_refused("<!-- 1 -->", "<?xml version='1.0'?>", 26, &["the XML declaration is not at the start"]);
 }
@@ -312,7 +317,7 @@ fn elements_and_attributes_that_fmi_2_0_has_not_are_refused() {
         "<Boolean start=\" 1 \"/>",
         "<Boolean strat=\"1\"/>",
         39,
-        &["Boolean: attribute \"strat\" is unknown: FMI 2.0 has declaredType, start"],
+        &["Boolean: attribute \"strat\" is unknown: FMI 2.0 defines declaredType, start"],
     );
     assert_refused(
         "modelName=",
@@ -320,7 +325,12 @@ fn elements_and_attributes_that_fmi_2_0_has_not_are_refused() {
         4,
         &["attribute \"instantiationToken\" is unknown"],
     );
-    assert_refused("<Outputs>", "<Outputs x=\"1\">", 42, &["Outputs: attribute \"x\" is unknown: FMI 2.0 has none"]);
+    assert_refused(
+        "<Outputs>",
+        "<Outputs x=\"1\">",
+        42,
+        &["Outputs: attribute \"x\" is unknown: FMI 2.0 defines none"],
+    );
 }
 
 #[test]
@@ -480,11 +490,11 @@ fn a_description_that_contradicts_itself_is_refused() {
         alias,
         &format!("{alias} causality=\"input\""),
         37,
-        &["valueReference = 0 is that of \"choice\" too"],
+        &["valueReference = 0 is also used by \"choice\""],
     );
     assert!(
         refused("index=\"1\"", "index=\"7\"")
-            .contains("Outputs: Unknown with index = 7: no such variable, the indices are 1 ... 6")
+            .contains("Outputs: Unknown with index = 7: no such variable; the indices are 1 to 6")
     );
     assert!(refused("dependencies=\" 3", "dependencies=\" 0").contains("dependencies has 0"));
     assert!(refused("dependent  fixed", "fixed").contains("dependenciesKind has 1 words for 2 dependencies"));
@@ -524,13 +534,13 @@ fn what_is_larger_than_the_limits_is_refused() {
     let expected = format!("the model description has {size} bytes: the limit is {}", size - 1);
     assert_eq!(beyond(|limits| limits.bytes = size - 1), Some(expected));
     assert_eq!(beyond(|limits| limits.variables = 6), None);
-    let expected = "line 39: ScalarVariable: there are too many variables: the limit is 5";
+    let expected = "line 39: ScalarVariable: too many variables: the limit is 5";
     assert_eq!(beyond(|limits| limits.variables = 5), Some(expected.into()));
     // Each ends with /> or has an end tag.
     let elements = FOREIGN.matches("/>").count() + FOREIGN.matches("</").count();
     assert_eq!(beyond(|limits| limits.elements = elements), None);
     let found = beyond(|limits| limits.elements = elements - 1).unwrap();
-    assert!(found.starts_with("line 47: there are too many elements: the limit is "), "{found}");
+    assert!(found.starts_with("line 47: too many elements: the limit is "), "{found}");
     // Tool, x:deep, and x:deeper or y.
     assert_eq!(beyond(|limits| limits.depth = 3), None);
     let expected = "line 22: VendorAnnotations: the elements inside are nested too deeply: the limit is 2";

@@ -233,7 +233,7 @@ fn a_restart_value_from_what_is_no_setting_is_refused() {
     for other in ["IN", "OUT", "NOSUCH"] {
         let output = row("OUT", "REAL", "output", "").replace('}', &format!(",\"from\":[\"{other}\"]}}"));
         let error = Interface::parse(&json(&[row("IN", "REAL", "input", ""), output])).unwrap_err().to_string();
-        assert!(error.contains(&format!("OUT has its restart value from {other:?}")), "{error}");
+        assert!(error.contains(&format!("the restart value of OUT depends on {other:?}")), "{error}");
     }
 }
 

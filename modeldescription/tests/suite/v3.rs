@@ -165,9 +165,9 @@ fn what_it_says_is_the_same_as_of_any_version() {
 fn what_contradicts_itself_is_refused_with_its_line() {
     for (from, to, words) in [
         ("start=\"1 2 3\"", "start=\"1 2\"", "variable \"vector\": start has 2 values for 3"),
-        ("valueReference=\"6\"", "valueReference=\"5\"", "variable \"u8\": valueReference = 5 is that of \"i8\" too"),
+        ("valueReference=\"6\"", "valueReference=\"5\"", "variable \"u8\": valueReference = 5 is also used by \"i8\""),
         ("start=\"255\"", "start=\"256\"", "variable \"u8\": start = 256 is above max = 255"),
-        ("start=\"65535\"", "start=\"65536\"", "variable \"u16\": 65536 is not of type UInt16: it takes 0 ... 65535"),
+        ("start=\"65535\"", "start=\"65536\"", "variable \"u16\": 65536 is outside the range of UInt16, 0 to 65535"),
         ("start=\"65535\"", "start=\"0.5\"", "UInt16: start = \"0.5\": expected a list"),
         ("start=\"0.1\"", "start=\"-2\"", "variable \"narrow\": start = -2.0 is below min = -1.0"),
         ("<Alias name=\"other\"", "<Alias name=\"i8\"", "the name \"i8\" is used twice"),
@@ -184,7 +184,7 @@ fn what_contradicts_itself_is_refused_with_its_line() {
         (
             "start=\"1 2 3\"><Dimension valueReference=\"1\"/>",
             "start=\"1 2 3\"><Dimension valueReference=\"12\"/>",
-            "valueReference = 12 is not that of a UInt64 that is constant",
+            "valueReference = 12 does not refer to a UInt64 constant",
         ),
         (
             "declaredType=\"E\"",

@@ -407,9 +407,9 @@ fn a_start_value_that_is_not_finite_is_named_with_its_variable() {
     let manifest = Manifest { cycle: Some(100), sources: vec!["a.scl".into()], ..Manifest::default() };
     let loaded = Loaded::new(&manifest, &[Source::new("a.scl", text.into())], is_unit).unwrap();
     let error = interface(&loaded).unwrap_err().to_string();
-    assert_eq!(error, "the library's table of A: x starts at inf: give every start, min and max a finite number");
+    assert_eq!(error, "the library's table of A: x starts at inf: every start, min and max must be finite");
     let mut table = loaded.table.clone();
     (table.rows[0].start, table.rows[0].min) = (blocks::Value::Real(0.0), Some(blocks::Value::Real(f32::NEG_INFINITY)));
     let error = Interface::linked(table, &loaded.guid()).unwrap_err().to_string();
-    assert_eq!(error, "the library's table of A: x has min -inf: give every start, min and max a finite number");
+    assert_eq!(error, "the library's table of A: x has min -inf: every start, min and max must be finite");
 }
