@@ -13,7 +13,7 @@ use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 
 /// An FMU for co-simulation with its library for this platform loaded. The folder to which it was unpacked is removed
-/// when the last instance and this value are gone.
+/// when this value and the last instance have been dropped.
 #[derive(Debug)]
 pub struct Fmu {
     /// Its description.
@@ -42,7 +42,7 @@ impl Fmu {
         Unpacked::new(package, place)?.load()
     }
 
-    /// Creates an instance, which is called in Event Mode if it `has_events`.
+    /// Creates an instance, which uses Event Mode if `has_events` is set.
     ///
     /// # Errors
     /// The FMU refuses, with its messages, or has no Event Mode.
@@ -50,7 +50,7 @@ impl Fmu {
         self.instantiate_with(name, &self.description.guid, has_events)
     }
 
-    /// Creates an instance with another GUID or instantiation token than that of the FMU.
+    /// Creates an instance with a GUID or instantiation token other than the FMU's.
     ///
     /// # Errors
     /// As [`Fmu::instantiate`].
@@ -65,10 +65,10 @@ impl Fmu {
         Instance::start(&self.library, &Start { name, guid, resources, arrays: &arrays, has_events })
     }
 
-    /// The table of the block in an FMU made with `fmu::export!`.
+    /// The table of the block in an FMU built with `fmu::export!`.
     ///
     /// # Errors
-    /// The FMU was not made that way, or its table is damaged.
+    /// The FMU was not built that way, or its table is damaged.
     pub fn table(&self) -> Result<Table> {
         Ok(Interface::parse(&self.library.interface()?)?.table)
     }
@@ -79,7 +79,7 @@ impl Fmu {
     }
 }
 
-/// An FMU for co-simulation unpacked to a temporary folder. None of its code has run.
+/// An FMU for co-simulation, unpacked to a temporary folder. None of its code has been run.
 #[derive(Debug)]
 pub struct Unpacked {
     description: Description,
@@ -91,7 +91,7 @@ impl Unpacked {
     /// Unpacks an FMU to a temporary folder in `place`.
     ///
     /// # Errors
-    /// As [`library`], or the file is damaged, or there is no space: a [`machine::Fault`].
+    /// As [`library`]; the file is damaged; or there is no space, which is a [`machine::Fault`].
     pub fn new<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Unpacked> {
         let library = library(package)?.clone();
         let folder = Folder::new_in(place).map_err(Error::new);
@@ -144,7 +144,7 @@ pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
     })
 }
 
-/// Checks that this program can run an FMU.
+/// Checks that this program can run the FMU.
 ///
 /// # Errors
 /// It is not for co-simulation, or has Clocks.
@@ -174,8 +174,8 @@ const CLOCK: &str = "Clock";
 /// The maximum number of Clocks named in a message.
 const MOST_CLOCKS: usize = 3;
 
-/// Whether the library for this platform contains a block's table, like those made with `fmu::export!`. None of its
-/// code runs.
+/// Whether the library for this platform contains a block's table, like those built with `fmu::export!`. Runs none of
+/// its code.
 ///
 /// # Errors
 /// The FMU is damaged, or as [`library`].
@@ -185,8 +185,8 @@ pub fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
     Ok(Binary::read(&bytes).with_context(|| file.path.clone())?.has_table)
 }
 
-/// Whether the file of the library for this platform contains this text; if there is none for this platform, whether
-/// all others do. None of their code runs.
+/// Whether the library file for this platform contains this text; if there is no such library, whether all others
+/// contain it. Runs none of their code.
 ///
 /// # Errors
 /// The FMU is damaged.

@@ -1,4 +1,4 @@
-//! Formats bytes as hexadecimal text.
+//! Formats bytes as hexadecimal digits.
 
 /// Two lower-case hexadecimal digits for each byte.
 pub fn digits(bytes: &[u8]) -> String {

@@ -22,7 +22,7 @@ const WARNING: c_int = 1;
 const DISCARD: c_int = 2;
 const FATAL: c_int = 4;
 
-/// The number of messages kept; later ones replace the oldest.
+/// The number of messages kept; newer ones replace the oldest.
 const MOST_MESSAGES: usize = 100;
 
 /// The length up to which a message is kept in full, in bytes.
@@ -34,11 +34,11 @@ pub struct Instance {
     called: Called,
     /// After fmi2Fatal or fmi3Fatal, the standard forbids all calls, even the one that frees the instance.
     is_fatal: Cell<bool>,
-    // The FMU may keep a pointer to it: it must not move, and must outlive the library.
+    // The FMU may keep a pointer to this: it must not move and must outlive the library.
     messages: Box<Messages>,
 }
 
-/// The instance in its version.
+/// The instance, by FMI version.
 #[derive(Debug)]
 enum Called {
     V2(Box<v2::Instance>),
@@ -55,11 +55,12 @@ pub struct Start<'a> {
     pub name: &'a str,
     /// The GUID, or the instantiation token of FMI 3.0.
     pub guid: &'a str,
-    /// The location of the unpacked resources: a URI in FMI 2.0, a path in FMI 3.0. FMUs that need none accept `None`.
+    /// The location of the unpacked resources: a URI in FMI 2.0, a path in FMI 3.0. FMUs without resources accept
+    /// `None`.
     pub resources: Option<&'a str>,
     /// The arrays of the FMU, with the start values of their elements.
     pub arrays: &'a [(Array, Vec<f64>)],
-    /// Whether it is called in Event Mode, which FMI 2.0 does not have.
+    /// Whether Event Mode is used, which FMI 2.0 does not have.
     pub has_events: bool,
 }
 
@@ -68,7 +69,7 @@ pub struct Start<'a> {
 pub struct Message {
     /// Whether its status is Discard or worse.
     pub is_error: bool,
-    /// The text. For a message with variadic arguments, only the format is known, see [`Instance::instantiate`].
+    /// The text. For a message with variadic arguments, only the format is known; see [`Instance::instantiate`].
     pub text: String,
 }
 
@@ -129,10 +130,10 @@ macro_rules! call {
 
 impl Instance {
     /// Calls `fmi2Instantiate`, for co-simulation and with logging on. `resources` is the URI of the unpacked
-    /// resources; FMUs that need none accept `None`.
+    /// resources; FMUs without resources accept `None`.
     ///
     /// FMI's logger is variadic, and Rust cannot read variadic arguments. A message of the form `"%s", text`, which
-    /// most FMUs use, is read in full. Of any other, only the format is kept.
+    /// most FMUs use, is read in full. For any other message, only the format is kept.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -182,7 +183,8 @@ impl Instance {
         self.check(done)
     }
 
-    /// Calls `fmi2ExitInitializationMode` or `fmi3ExitInitializationMode`; with events, it is then in Event Mode.
+    /// Calls `fmi2ExitInitializationMode` or `fmi3ExitInitializationMode`; with events, the instance is then in Event
+    /// Mode.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -323,7 +325,7 @@ impl Instance {
         }
     }
 
-    /// Returns and clears the messages logged by the FMU; the latest 100, if there were more.
+    /// Returns and clears the messages logged by the FMU; if there were more than 100, the latest 100.
     pub fn take_messages(&mut self) -> Vec<Message> {
         self.messages.take()
     }
@@ -401,10 +403,10 @@ impl Drop for Instance {
     }
 }
 
-/// A string of the FMU, if there is one.
+/// A string from the FMU, unless it is NULL.
 ///
 /// # Safety
-/// It is NULL or a C string.
+/// `text` must be NULL or a C string.
 unsafe fn said(text: *const c_char) -> Option<String> {
     // SAFETY: guaranteed by the caller.
     (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned())

@@ -1,12 +1,12 @@
-//! Opens FMUs, loads and calls them.
+//! Opens, loads and calls FMUs.
 //!
 //! ```text
 //! Package: the file --Fmu: unpacked and loaded--instantiate--> Instance --+
 //! System: names, as the user writes them --Plan::of--> Plan --------------+--run--> Recording
 //! ```
 //!
-//! An FMU is foreign code. An error that it reports becomes an error here. A crash terminates its whole process, and a
-//! call that never returns blocks it: [`child`] runs it in a separate process.
+//! An FMU is foreign code. An error that it reports becomes an error here. A crash terminates the whole process, and a
+//! call that never returns blocks it; [`child`] therefore runs FMUs in a separate process.
 
 pub mod child;
 pub mod fmu;

@@ -2,7 +2,7 @@
 //! FMI 3.0.
 //!
 //! The functions remain unsafe to call; [`Instance`](crate::instance::Instance) is the safe interface. Tests and
-//! benchmarks call them like any host.
+//! benchmarks call them as any host would.
 
 #![allow(unsafe_code)]
 
@@ -23,13 +23,13 @@ pub type Logger = unsafe extern "C" fn(Pointer, *const c_char, c_int, *const c_c
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CallbackFunctions {
-    /// Called with every message.
+    /// The logger, called with every message.
     pub logger: Option<Logger>,
-    /// Allocates zeroed memory, like `calloc`. Libraries made here never call it.
+    /// Allocates zeroed memory, like `calloc`. Libraries built by this project never call it.
     pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> Pointer>,
-    /// Frees that memory. Libraries made here never call it.
+    /// Frees that memory. Libraries built by this project never call it.
     pub free_memory: Option<unsafe extern "C" fn(Pointer)>,
-    /// Called at the end of an asynchronous step. Libraries made here never call it.
+    /// Called at the end of an asynchronous step. Libraries built by this project never call it.
     pub step_finished: Option<unsafe extern "C" fn(Pointer, c_int)>,
     /// The first argument of the logger.
     pub environment: Pointer,
@@ -38,7 +38,7 @@ pub struct CallbackFunctions {
 /// `fmi2Error`, `fmi3Error`: the result of an optional function that the library does not export.
 const ERROR: c_int = 3;
 
-/// Looks up the function of a symbol; for a missing optional one, a stand-in that returns `fmi2Error`.
+/// Looks up the function for a symbol; substitutes a function that returns `fmi2Error` for a missing optional one.
 macro_rules! function {
     (required $library:ident $path:ident $symbol:literal ($($argument:ty),*) -> $result:ty) => {
         // SAFETY: FMI defines the type of this symbol.
@@ -70,7 +70,7 @@ macro_rules! library {
         /// The names of the functions.
         pub const FUNCTIONS: &[&str] = &[$($symbol),*];
 
-        /// The common prefix of all function names in the version, including those for model exchange.
+        /// The common prefix of the version's function names, including those for model exchange.
         pub const PREFIX: &str = $prefix;
 
         impl Library {
@@ -78,7 +78,7 @@ macro_rules! library {
                 let library = load(path)
                     .map_err(|error| anyhow!("{} cannot be loaded: {}", shown(path), reason(&error, path)))?;
                 let lacks = |symbol: &&&str| {
-                    // SAFETY: only the address of the symbol is looked up, whatever its type.
+                    // SAFETY: only the address of the symbol is looked up, regardless of its type.
                     unsafe { library.get::<*const ()>(**symbol) }.is_err()
                 };
                 let missing = FUNCTIONS.iter().filter(lacks).copied().collect();
@@ -104,10 +104,10 @@ macro_rules! library {
                 Library::load(path, Some(folder))
             }
 
-            /// The table in a library made with `fmu::export!`, as JSON.
+            /// The table in a library built with `fmu::export!`, as JSON.
             ///
             /// # Errors
-            /// The library was not made with `fmu::export!`.
+            /// The library was not built with `fmu::export!`.
             pub fn interface(&self) -> Result<String> {
                 self.loaded.interface()
             }
@@ -122,7 +122,7 @@ macro_rules! library {
 
 pub mod v3;
 
-/// The library of an FMU, of either version.
+/// The library of an FMU of either version.
 #[derive(Clone, Debug)]
 pub enum Opened {
     /// An FMI 2.0 library.
@@ -145,12 +145,12 @@ impl Opened {
 }
 
 library! {
-    /// A loaded FMI 2.0 library. Clones share it: it is unloaded when the last of them is dropped, and the functions must not
-    /// be called afterwards.
+    /// A loaded FMI 2.0 library. Clones share it: it is unloaded when the last one is dropped, and its functions must
+    /// not be called afterwards.
     ///
     /// FMI requires all 34 functions, but some libraries lack those that they do not support. Functions essential for
-    /// co-simulation are mandatory here. Any other is replaced by one that returns `fmi2Error`, as the standard
-    /// requires of an unsupported function.
+    /// co-simulation are mandatory here. Any other missing function is replaced with one that returns `fmi2Error`, as
+    /// the standard requires of unsupported functions.
     prefix "fmi2";
     required get_types_platform "fmi2GetTypesPlatform" () -> *const c_char;
     required get_version "fmi2GetVersion" () -> *const c_char;
@@ -188,11 +188,11 @@ library! {
     optional get_string_status "fmi2GetStringStatus" (Pointer, c_int, *mut *const c_char) -> c_int;
 }
 
-/// The library and the folder to which it was unpacked, which is removed after it.
+/// The library and the folder to which it was unpacked, which is removed after the library is unloaded.
 #[derive(Debug)]
 struct Loaded {
     library: libloading::Library,
-    /// The functions that are missing.
+    /// The missing functions.
     missing: Vec<&'static str>,
     _folder: Option<Folder>,
 }
@@ -211,10 +211,10 @@ fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
     unsafe { Library::load_with_flags(path, LOAD_WITH_ALTERED_SEARCH_PATH) }.map(Into::into)
 }
 
-/// The system's description of a failure, which the text of libloading does not contain.
+/// The operating system's description of a failure, which libloading's message does not contain.
 fn reason(error: &libloading::Error, path: &Path) -> String {
     let reason = error.source().map_or(error.to_string(), ToString::to_string);
-    // The system repeats the file, under its unpacked path.
+    // The operating system repeats the file with its unpacked path.
     let reason = reason.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&reason);
     format!("{reason}{}", help(reason))
 }
@@ -231,7 +231,7 @@ fn shown(path: &Path) -> String {
 }
 
 impl Loaded {
-    /// The table in a library made with `fmu::export!`, as JSON.
+    /// The table in a library built with `fmu::export!`, as JSON.
     fn interface(&self) -> Result<String> {
         type Interface = unsafe extern "C" fn(*mut u8, usize) -> usize;
         // SAFETY: `fmu::export!` defines the type of this symbol.

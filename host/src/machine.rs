@@ -1,4 +1,4 @@
-//! Faults of the machine, as distinct from those of an FMU.
+//! Faults of the machine, as opposed to those of an FMU.
 
 use anyhow::{Context, Error, Result, anyhow};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use std::fmt;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
-/// A fault of the machine, such as a full disk for temporary files, which says nothing about the FMU.
+/// A fault of the machine, such as a full disk for temporary files, which is unrelated to the FMU.
 #[derive(Clone, Debug)]
 pub struct Fault(String);
 
@@ -23,12 +23,12 @@ impl std::error::Error for Fault {}
 const VARIABLE: &str = if cfg!(windows) { "TMP" } else { "TMPDIR" };
 
 impl Fault {
-    /// The fault that a folder cannot be written to.
+    /// The fault for a folder that cannot be written to.
     pub fn no_room(folder: &Path) -> Fault {
         Fault(format!("nothing can be written to {}: make room there, or {}", Fault::place(folder), Fault::remedy()))
     }
 
-    /// The fault that files in a folder cannot be executed.
+    /// The fault for a folder whose files cannot be executed.
     fn no_programs(folder: &Path) -> Fault {
         Fault(format!("no program can run from {} (it is mounted noexec): {}", Fault::place(folder), Fault::remedy()))
     }
@@ -45,7 +45,7 @@ impl Fault {
     }
 }
 
-/// Classifies an error that occurred while unpacking an FMU to `folder` as one of the machine, where it is.
+/// Marks an error that occurred while unpacking an FMU to `folder` as a machine fault if it is one.
 pub(crate) fn unpacking<T>(result: Result<T>, folder: &Path) -> Result<T> {
     let is_no_room = |error: &io::Error| {
         use ErrorKind::{FileTooLarge, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
@@ -57,7 +57,7 @@ pub(crate) fn unpacking<T>(result: Result<T>, folder: &Path) -> Result<T> {
     })
 }
 
-/// Classifies an error that occurred while loading a library in `folder` as one of the machine, where it is.
+/// Marks an error that occurred while loading a library in `folder` as a machine fault if it is one.
 pub(crate) fn loading<T>(result: Result<T>, folder: &Path) -> Result<T> {
     if result.is_err() && forbids_programs(folder) { result.context(Fault::no_programs(folder)) } else { result }
 }
@@ -78,7 +78,7 @@ fn forbids_programs(_folder: &Path) -> bool {
 pub enum Failure {
     /// A [`Fault`]
     Machine(String),
-    /// Any other.
+    /// Any other error.
     Other(String),
 }
 

@@ -8,7 +8,7 @@ use run::system::System;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The FMUs of a system, each file opened once.
+/// The FMUs of a system; each file is opened only once.
 #[derive(Debug)]
 pub struct Fmus {
     fmus: Vec<Fmu>,

@@ -1,7 +1,7 @@
 //! Detects whether this process was started with a standard output.
 //!
-//! If it is closed, Rust opens /dev/null in its place before `main`: output is then lost without an error. So the check
-//! happens earlier.
+//! If it is closed, Rust opens /dev/null in its place before `main`, and output is lost without an error. The check
+//! therefore happens earlier.
 
 #![allow(unsafe_code)]
 
@@ -21,7 +21,7 @@ mod at_start {
     /// The command that reads the flags of a descriptor.
     const F_GETFD: c_int = 1;
 
-    // SAFETY: the loader calls functions in this section before `main`, and `look` needs nothing of Rust's runtime.
+    // SAFETY: the loader calls functions in this section before `main`, and `look` does not use Rust's runtime.
     #[used]
     #[cfg_attr(target_os = "linux", unsafe(link_section = ".init_array"))]
     #[cfg_attr(target_os = "macos", unsafe(link_section = "__DATA,__mod_init_func"))]

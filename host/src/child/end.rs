@@ -1,9 +1,9 @@
-//! Describes how a process has ended.
+//! Describes how a process ended.
 
 use std::io::Read;
 use std::process::ExitStatus;
 
-/// The maximum number of bytes kept of the output of FMUs.
+/// The maximum number of bytes of FMU output that are kept.
 const MOST_PRINTED: usize = 4096;
 
 /// The last bytes of a stream.
@@ -16,7 +16,7 @@ pub(super) fn last_bytes(mut from: impl Read) -> Vec<u8> {
     last
 }
 
-/// A description of how a process has ended, to follow the name of the FMU.
+/// A description of how a process ended, worded to follow the name of the FMU.
 pub(super) fn how(status: Option<ExitStatus>) -> String {
     let Some(status) = status else { return "ended its process".into() };
     #[cfg(unix)]

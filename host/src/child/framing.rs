@@ -11,17 +11,17 @@ use std::time::Duration;
 /// The maximum length of a message, in bytes.
 const LONGEST: u32 = 1 << 28;
 
-/// The time a process may take to free its instances and end.
+/// The time that a process may take to free its instances and exit.
 pub const FAREWELL: Duration = Duration::from_secs(2);
 
 /// Sends a message.
 ///
 /// # Errors
-/// It is too long, or the other side has ended.
+/// The message is too long, or the other side has ended.
 pub fn send(to: &mut impl Write, message: &[u8]) -> io::Result<()> {
     let length = u32::try_from(message.len()).ok().filter(|length| *length <= LONGEST);
     let length = length.ok_or_else(|| io::Error::other(format!("a message of {} bytes", message.len())))?;
-    // In one piece, because the other side waits for all of it.
+    // In one write, because the other side waits for the whole message.
     let mut bytes = length.to_le_bytes().to_vec();
     bytes.extend_from_slice(message);
     to.write_all(&bytes)?;
@@ -31,7 +31,7 @@ pub fn send(to: &mut impl Write, message: &[u8]) -> io::Result<()> {
 /// Receives the next message; `None` if there are no more.
 ///
 /// # Errors
-/// It is truncated or too long.
+/// The message is truncated or too long.
 pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     let mut length = [0; 4];
     match from.read_exact(&mut length) {
@@ -47,8 +47,8 @@ pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(message))
 }
 
-/// The messages on standard input of this process. When the input ends, so does the process: on its own, or after
-/// [`FAREWELL`] if an FMU does not return. Keep the sender as long as there is anything to free.
+/// The messages on standard input of this process. When the input ends, the process exits: by itself, or after
+/// [`FAREWELL`] if an FMU does not return. Keep the sender until everything has been freed.
 pub fn input() -> (Receiver<Vec<u8>>, Sender<()>) {
     let (sender, messages) = mpsc::channel();
     let (at_work, is_over) = mpsc::channel::<()>();
@@ -60,7 +60,7 @@ pub fn input() -> (Receiver<Vec<u8>>, Sender<()>) {
             }
         }
         drop(sender);
-        // The other side is gone. If the FMU does not return, the process ends anyway.
+        // The other side is gone. If the FMU does not return, the process exits anyway.
         let _ = is_over.recv_timeout(FAREWELL);
         process::exit(1);
     });

@@ -1,4 +1,4 @@
-//! Runs foreign code in a separate process: a crash, an exit or an endless loop of an FMU ends only that process.
+//! Runs foreign code in a separate process: a crash, an exit or an endless loop in an FMU only affects that process.
 //!
 //! ```text
 //! Process --requests--> standard input  of `plcfmu child ROLE FOLDER` --> Channel
@@ -6,7 +6,8 @@
 //!         <--Witness--- a file in FOLDER that both map into memory: which FMU is being called
 //! ```
 //!
-//! Messages are framed by [`framing`] and encoded with postcard. Anything the process prints goes to standard error.
+//! Messages are framed by [`framing`] and encoded with postcard. Anything else the process prints goes to standard
+//! error.
 
 mod end;
 pub mod framing;
@@ -35,7 +36,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use witness::Witness;
 
-/// The hidden command that runs the child process.
+/// The hidden command run in the child process.
 pub const COMMAND: &str = "child";
 
 /// The interval at which a waiting thread checks for an interruption.
@@ -44,16 +45,16 @@ pub const TICK: Duration = Duration::from_millis(100);
 /// The maximum number of unread replies.
 const MOST_REPLIES: usize = 64;
 
-/// The number of last log messages of an FMU that are reported when it crashes.
+/// The number of an FMU's last log messages that are reported when it crashes.
 const MOST_LOGGED: usize = 3;
 
-/// The number of last printed lines that are reported.
+/// The number of last printed lines that are reported when an FMU crashes.
 const LINES: usize = 3;
 
-/// The description of a process that is terminated because its output did not come from this program.
+/// The description of a process that was terminated because its output was not valid.
 const DISTURBED: &str = "corrupted the output of its process by writing to it or closing it; the process was ended";
 
-/// The subject in place of an FMU's name if no FMU was being called, before the text of [`End::Ended`].
+/// The subject used instead of an FMU's name if no FMU was being called; the text of [`End::Ended`] follows.
 pub const OWN: &str = "a process of plcfmu (the library of no FMU was called)";
 
 /// The destination of the output of FMUs.
@@ -61,7 +62,7 @@ pub const OWN: &str = "a process of plcfmu (the library of no FMU was called)";
 pub enum Prints {
     /// Forwarded to the standard error of this process.
     Shown,
-    /// The last part is kept, see [`Process::printed`].
+    /// The last part is kept; see [`Process::printed`].
     Kept,
     /// Discarded.
     Dropped,
@@ -74,16 +75,16 @@ pub struct Starter {
     pub program: PathBuf,
     /// The time limit for a reply.
     pub limit: Duration,
-    /// Stops all waiting, and the starting of processes, when it becomes true.
+    /// Stops all waiting and prevents new processes from starting once it is true.
     pub interrupted: Arc<AtomicBool>,
 }
 
 /// The reason why a process sends no more replies.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The user has interrupted.
+    /// The user interrupted it.
     Interrupted,
-    /// It has ended or was terminated; contains the text that follows the name of the FMU: "crashed: signal 11
+    /// It ended or was terminated; contains the text that follows the name of the FMU: "crashed: signal 11
     /// (segmentation fault)".
     Ended(String),
 }
@@ -96,7 +97,7 @@ enum Sent<T> {
     Reply(T),
 }
 
-/// A child process. It ends when this is dropped.
+/// A child process, which is ended when this is dropped.
 #[derive(Debug)]
 pub struct Process {
     /// The time limit for a reply.
@@ -105,7 +106,7 @@ pub struct Process {
     /// The input for requests; `None` when no more will be sent.
     requests: Option<ChildStdin>,
     replies: Receiver<Vec<u8>>,
-    /// Receives the last output of the process when it ends; `None` if it is not kept.
+    /// Receives the last output of the process when it ends; `None` if output is not kept.
     printed: Option<Receiver<Vec<u8>>>,
     /// The last messages logged.
     logged: Vec<(String, String)>,
@@ -113,12 +114,12 @@ pub struct Process {
     has_ended: bool,
     /// Shows which FMU is being called.
     pub witness: Witness,
-    /// The folder in which FMUs are unpacked; removed after the process is gone.
+    /// The folder in which FMUs are unpacked; removed after the process has ended.
     _folder: Folder,
 }
 
 impl Starter {
-    /// The parameters for starting the current program, with 300 s for a reply.
+    /// The parameters for starting the current program, with a time limit of 300 s for a reply.
     ///
     /// # Errors
     /// The program cannot determine its own path.
@@ -133,7 +134,7 @@ impl Starter {
     /// Starts a process for one of the roles of the hidden command.
     ///
     /// # Errors
-    /// The user has interrupted, there is no folder for temporary files, or the program cannot be run.
+    /// The user interrupted, there is no folder for temporary files, or the program cannot be run.
     pub fn start(&self, role: &str, prints: Prints) -> Result<Process> {
         if self.interrupted.load(Ordering::Relaxed) {
             bail!("interrupted");
@@ -190,13 +191,13 @@ impl Starter {
 const NEW_PROCESS_GROUP: u32 = 0x200;
 
 impl Process {
-    /// Sends a request. One that cannot be sent gets no reply; [`Process::receive`] returns the reason.
+    /// Sends a request. If it cannot be sent, there is no reply, and [`Process::receive`] returns the reason.
     pub fn send(&mut self, request: &impl Serialize) {
         let message = postcard::to_stdvec(request).unwrap_or_default();
         let _ = self.requests.as_mut().map(|requests| framing::send(requests, &message));
     }
 
-    /// Receives the next reply. `is_alive` is polled and returns whether the time limit starts anew.
+    /// Receives the next reply. `is_alive` is polled and returns whether the time limit restarts.
     ///
     /// # Errors
     /// The reason why there is no reply.
@@ -216,7 +217,7 @@ impl Process {
                     return Err(End::Interrupted);
                 }
                 Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
-                // Earlier replies are still on their way, unless another process holds its output open.
+                // Earlier replies may still arrive, unless another process keeps its output open.
                 Err(RecvTimeoutError::Timeout) if self.has_ended_itself() => {
                     self.end_group();
                     if std::mem::replace(&mut is_left, true) {
@@ -233,8 +234,8 @@ impl Process {
         }
     }
 
-    /// How a process ended after the end of its replies. A process that does not end on its own has closed its output
-    /// or sent invalid data, and is terminated.
+    /// How a process ended after its last reply. A process that does not exit by itself has closed its output or sent
+    /// invalid data, and is terminated.
     fn ended(&mut self) -> End {
         let began = Instant::now();
         while began.elapsed() < FAREWELL {
@@ -254,14 +255,15 @@ impl Process {
 
     /// The last lines printed by a process that has ended and whose output is kept.
     pub fn printed(&self) -> Vec<String> {
-        // A process started by the FMU may still hold the other end open.
+        // A process started by the FMU may still keep the other end open.
         let bytes = self.printed.as_ref().and_then(|printed| printed.recv_timeout(FAREWELL).ok()).unwrap_or_default();
         let text = String::from_utf8_lossy(&bytes);
         let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
         lines[lines.len().saturating_sub(LINES)..].iter().map(|line| line.to_string()).collect()
     }
 
-    /// The last log messages and output of the named FMU, or of any FMU, as the end of a sentence about its crash.
+    /// The last log messages and output of the named FMU, or of any FMU, worded as the end of a sentence about its
+    /// crash.
     pub fn last_words(&self, name: Option<&str>) -> String {
         let logged = self.logged.iter().filter(|(of, _)| name.is_none_or(|name| of == name));
         let logged: Vec<&str> = logged.map(|(_, text)| text.as_str()).collect();
@@ -277,7 +279,7 @@ impl Process {
         words
     }
 
-    /// Terminates the process, and returns how it ended.
+    /// Terminates the process and returns how it ended.
     pub fn kill(&mut self) -> Option<ExitStatus> {
         self.end_group();
         self.has_ended = true;
@@ -286,7 +288,7 @@ impl Process {
         self.process.wait().ok()
     }
 
-    /// Whether it has ended on its own. Its process id is not reused before it is waited for.
+    /// Whether it has ended by itself. Its process ID is not reused before it is waited for.
     #[cfg(unix)]
     fn has_ended_itself(&mut self) -> bool {
         use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
@@ -299,8 +301,8 @@ impl Process {
         !matches!(self.process.try_wait(), Ok(None))
     }
 
-    /// Terminates the process and those started by the FMU, except any that have left its process group. On Windows
-    /// these keep running.
+    /// Terminates the process and those started by the FMU, except any that have left its process group. On Windows,
+    /// those keep running.
     fn end_group(&self) {
         #[cfg(unix)]
         if !self.has_ended {
@@ -312,7 +314,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // It frees its instances and ends when no more requests can come; then its output ends.
+        // The process frees its instances and exits when no more requests can arrive; then its output ends.
         drop(self.requests.take());
         if !self.has_ended {
             let began = Instant::now();
@@ -340,7 +342,7 @@ impl Channel {
     /// Receives the next request; `None` if there are no more.
     ///
     /// # Errors
-    /// It is invalid.
+    /// The request is invalid.
     pub fn next<T: DeserializeOwned>(&self) -> Result<Option<T>> {
         self.requests.recv().ok().map(|message| Ok(postcard::from_bytes(&message)?)).transpose()
     }
@@ -353,7 +355,7 @@ impl Channel {
         send(&self.replies, &Sent::Reply(reply))
     }
 
-    /// From now on forwards messages logged by FMUs to the other side immediately.
+    /// From now on, immediately forwards messages logged by FMUs to the other side.
     pub fn tell_messages(&self) {
         let replies = self.replies.clone();
         instance::listen(move |name, text| {
@@ -369,7 +371,7 @@ fn send<T: Serialize>(to: &Mutex<File>, sent: &Sent<T>) -> Result<()> {
     Ok(framing::send(&mut *to, &message)?)
 }
 
-/// Processes the requests on standard input, and ends the process.
+/// Processes the requests on standard input, then ends the process.
 ///
 /// # Errors
 /// There is no standard output, or no witness in `folder`, or `answer` fails.
@@ -379,7 +381,8 @@ pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Resu
     let (requests, at_work) = framing::input();
     let replies = Arc::new(Mutex::new(replies));
     let channel = Channel { requests, replies, folder: folder.to_path_buf(), witness };
-    // A panic comes from this program: one in an FMU's library ends the process, or does not leave the library.
+    // A panic that arrives here is this program's own: one in an FMU's library aborts the process or does not leave the
+    // library.
     match panic::catch_unwind(AssertUnwindSafe(|| answer(&channel))) {
         Ok(answered) => answered?,
         Err(panic) => {
@@ -387,7 +390,7 @@ pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Resu
             panic::resume_unwind(panic);
         }
     }
-    // Without joining the reader thread, which must not take this for the end.
+    // The reader thread is not joined; it must not mistake this for the end.
     drop(at_work);
     process::exit(0)
 }

@@ -1,4 +1,4 @@
-//! A complete run in one process, without a message for each step.
+//! A complete run in a single process, without a message for each step.
 
 use super::witness::Witnessed;
 use super::{Channel, End, OWN, Prints, Starter, serve};
@@ -33,10 +33,10 @@ struct Request {
 enum Reply {
     /// The run has started: the roles of each member's variables in a loop, if known.
     Began(Vec<Option<Roles>>),
-    /// The next rows, each with the time and the values as 8 bytes each.
+    /// The next rows, each consisting of the time and the values, with 8 bytes per number.
     Rows(ByteBuf),
-    /// The run is over: the messages logged by FMUs, with their names, and the FMU that ended it early or the reason
-    /// for its failure.
+    /// The run is over: the messages logged by FMUs, with their names, and the FMU that ended it early, or the reason
+    /// why it failed.
     Over { messages: Vec<(String, String)>, ended: Result<Option<String>, Failure> },
 }
 
@@ -51,26 +51,26 @@ pub trait Rows {
     /// Receives the next row: the time in seconds, and the values of the plan's columns as cells (`Type::cell`).
     ///
     /// # Errors
-    /// It cannot be processed: the run ends.
+    /// The row cannot be processed; the run ends.
     fn take(&mut self, time: f64, row: &[f64]) -> Result<()>;
 }
 
-/// A completed run, or one ended by an FMU.
+/// A run that was completed, ended early or failed.
 #[derive(Debug)]
 pub struct Finished {
     /// The messages logged by FMUs, with their names; error messages are already part of the error.
     pub messages: Vec<(String, String)>,
     /// The number of completed steps.
     pub steps: usize,
-    /// The FMU that ended the run early, and the time; or an error that names the FMU that refused or crashed, the
-    /// time, and its messages.
+    /// The FMU that ended the run early, with the time; or an error with the FMU that refused or crashed, the time, and
+    /// its messages.
     pub ended: Result<Option<String>>,
 }
 
 /// Checks a system against the descriptions of its FMUs, without running their code.
 ///
 /// # Errors
-/// An FMU, name, value, connection or time is wrong; the message names the remedy.
+/// An FMU, name, value, connection or time is wrong; the message states the remedy.
 pub fn plan(system: &System) -> Result<Plan> {
     let open = |path: &Path| {
         let package = Package::open(path).with_context(|| path.display().to_string())?;
@@ -129,7 +129,7 @@ pub fn run(
     }
 }
 
-/// The child process' side.
+/// The child process's side.
 ///
 /// # Errors
 /// The other side has ended.
@@ -163,7 +163,7 @@ fn simulate(
     let plan = Plan::new(system, &fmus.descriptions())?;
     let instances = (0..system.members.len()).map(|member| Witnessed::instantiate(&fmus, member, witness));
     let mut instances = instances.collect::<Result<Vec<_>>>()?;
-    // A foreign FMU has neither a table nor roles.
+    // An FMU from another tool has neither a table nor roles.
     let roles = |member| fmus.fmu(member).table().and_then(|table| dialog::read(&table)).ok().map(|(roles, _)| roles);
     channel.send(&Reply::Began((0..system.members.len()).map(roles).collect()))?;
     let mut rows: Vec<u8> = Vec::with_capacity(PIECE);

@@ -1,4 +1,4 @@
-//! Reserves the standard output of a process against use by the libraries it loads.
+//! Protects the standard output of a process from the libraries it loads.
 
 #![allow(unsafe_code)]
 
@@ -10,8 +10,8 @@ use std::io;
 const OUTPUT: c_int = 1;
 const ERROR: c_int = 2;
 
-/// Takes exclusive ownership of the standard output. From now on, anything else that this process prints, in C or in
-/// Rust, goes to standard error.
+/// Takes exclusive ownership of standard output. From now on, anything else that this process prints, in C or Rust,
+/// goes to standard error.
 ///
 /// # Errors
 /// The process has no standard output, or standard error cannot be duplicated onto it.

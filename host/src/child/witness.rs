@@ -1,4 +1,4 @@
-//! The current activity of a process, in memory shared with the process that started it. Writing it costs next to
+//! The current activity of a process, in memory shared with the process that started it. Writing to it costs next to
 //! nothing, and it survives a crash.
 
 #![allow(unsafe_code)]
@@ -21,7 +21,7 @@ const SIZE: usize = size_of::<Words>();
 #[derive(Debug)]
 #[repr(C)]
 struct Words {
-    /// The member called last, from 1; 0 for none.
+    /// The number of the member called last, starting at 1; 0 for none.
     member: AtomicU64,
     /// The number of calls.
     calls: AtomicU64,
@@ -43,7 +43,7 @@ impl Witness {
             let path = folder.join("witness");
             let mut file = temporary::options().read(true).write(true).create(true).truncate(false).open(path)?;
             if file.metadata()?.len() < SIZE as u64 {
-                // Written, not merely extended: touching a page for which the disk has no room would kill the process.
+                // Written, not merely extended: touching a page for which the disk has no space would kill the process.
                 file.write_all(&[0; SIZE])?;
             }
             MmapOptions::new().len(SIZE).map_raw(&file)
@@ -57,7 +57,7 @@ impl Witness {
         unsafe { &*self.0.as_ptr().cast() }
     }
 
-    /// Records that a member is called.
+    /// Records that a member is being called.
     #[inline]
     pub fn call(&self, member: usize) {
         let Words { member: at, calls, .. } = self.words();
@@ -66,7 +66,7 @@ impl Witness {
         calls.store(calls.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
     }
 
-    /// Records that no member is called: any failure from here on is that of this program.
+    /// Records that no member is being called: any further failure is this program's own.
     pub fn clear(&self) {
         self.words().member.store(0, Ordering::Relaxed);
     }
@@ -77,7 +77,7 @@ impl Witness {
         self.words().steps.store(steps as u64, Ordering::Relaxed);
     }
 
-    /// The member called last; `None` if no call was made, or if this program itself is active since.
+    /// The member called last; `None` if no call has been made, or if this program itself has been active since.
     pub fn member(&self) -> Option<usize> {
         (self.words().member.load(Ordering::Relaxed) as usize).checked_sub(1)
     }

@@ -18,7 +18,7 @@ pub(super) struct Instance {
     component: Pointer,
     /// A buffer for Integers and Booleans, kept so that a step does not allocate.
     integers: Vec<c_int>,
-    // The FMU may keep a pointer to them: they must not move, and must outlive the library.
+    // The FMU may keep a pointer to them: they must not move and must outlive the library.
     _callbacks: Box<CallbackFunctions>,
 }
 
@@ -85,7 +85,7 @@ impl Instance {
         Err(if has_terminated { Stopped::Terminated } else { Stopped::Failed(("fmi2DoStep", status)) })
     }
 
-    /// Whether the FMU has discarded a step because it ends the simulation.
+    /// Whether the FMU discarded a step because it ended the simulation.
     #[cold]
     fn has_terminated(&self) -> bool {
         let mut value = 0;

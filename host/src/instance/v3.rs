@@ -35,12 +35,13 @@ pub(super) struct Instance {
 #[derive(Debug)]
 struct Elements {
     array: Array,
-    /// The values before anything was set, and those set last.
+    /// The values before anything was set.
     starts: Vec<f64>,
+    /// The values set last.
     set: Vec<f64>,
 }
 
-/// A C type whose values are converted from and to the engine's cells.
+/// A C type whose values are converted to and from the engine's cells.
 trait Plain: Copy {
     fn cell(self) -> f64;
     fn from_cell(cell: f64) -> Option<Self>;
@@ -278,7 +279,7 @@ impl Instance {
         }
     }
 
-    /// Handles Event Mode within a step, with unchanged inputs.
+    /// Handles an event within a step, with unchanged inputs.
     fn handle_event(&mut self) -> Result<(), Stopped> {
         self.enter_events().map_err(Stopped::Failed)?;
         for _ in 0..MOST_UPDATES {
@@ -383,7 +384,7 @@ impl Instance {
         (of, end.map_or(references.len(), |end| at + end))
     }
 
-    /// Reads variables known to the FMU: several scalars, or one array.
+    /// Reads variables by references known to the FMU: several scalars, or one array.
     #[inline]
     fn get(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
         let Instance { library, component, buffer, .. } = self;
@@ -425,7 +426,7 @@ impl Instance {
         }
     }
 
-    /// Sets variables known to the FMU: several scalars, or one array.
+    /// Sets variables by references known to the FMU: several scalars, or one array.
     #[inline]
     fn set(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
         let Instance { library, component, buffer, .. } = self;

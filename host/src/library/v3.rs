@@ -1,6 +1,6 @@
 //! A loaded shared library of FMI 3.0 for co-simulation: its functions as declared in C.
 //!
-//! `fmi3Boolean` is C's `bool`. Where a library writes one, it is a `u8` here, because it may be other than 0 and 1.
+//! `fmi3Boolean` is C's `bool`. Where a library writes one, it is a `u8` here because it may be neither 0 nor 1.
 
 use super::{ERROR, Loaded, Pointer, load, reason, shown};
 use crate::package::temporary::Folder;

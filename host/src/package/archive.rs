@@ -1,9 +1,9 @@
-//! ZIP files: reads untrusted ones, and writes them reproducibly.
+//! ZIP files: reads untrusted ones and writes reproducible ones.
 //!
 //! The crate `zip` reads; this module determines what is accepted: bounded memory, no path outside the target folder,
-//! no links, no overlapping entries, and a single table of contents. Where that table is damaged, `zip` searches for
-//! another and then reads a different archive than other tools; so the end record and the lengths of the table's
-//! entries are checked here first.
+//! no links, no overlapping entries, and a single table of contents. If that table is damaged, `zip` searches for
+//! another and may then read a different archive than other tools; the end record and the lengths of the table's
+//! entries are therefore checked here first.
 
 use crate::package::temporary;
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -19,22 +19,22 @@ const MOST_ENTRIES: u16 = 10_000;
 /// The maximum size of the table of contents, in bytes.
 const LONGEST_DIRECTORY: u32 = 1 << 24;
 
-/// The maximum unpacked size of one file, in bytes.
+/// The maximum unpacked size of a file, in bytes.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// The maximum unpacked size of all files together, in bytes.
+/// The maximum total unpacked size of all files, in bytes.
 const MOST_BYTES_IN_ALL: u64 = 1 << 32;
 
 /// The maximum compression ratio of files above [`LARGE`] bytes.
 const HIGHEST_RATIO: u64 = 1000;
 
-/// Files up to this size in bytes may have any compression ratio: a short run of zeros packs to almost nothing.
+/// Files up to this size, in bytes, may have any compression ratio: a short run of zeros packs to almost nothing.
 const LARGE: u64 = 1 << 24;
 
 /// The maximum length of a name, in bytes.
 const LONGEST_NAME: usize = 1000;
 
-// The signatures of the records, and their lengths without the variable parts.
+// The signatures and fixed lengths of the records.
 const END: usize = 22;
 const END_SIGNATURE: [u8; 4] = *b"PK\x05\x06";
 const ENTRY: usize = 46;
@@ -50,7 +50,7 @@ pub struct Archive<R> {
 /// A file or folder in a ZIP file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Its path, with `/` between the parts and at the end of a folder.
+    /// Its path, with `/` between the parts and at the end of a folder's path.
     pub name: String,
     /// Its unpacked size in bytes.
     pub size: u64,
@@ -64,7 +64,7 @@ impl Entry {
 }
 
 impl<R: Read + Seek> Archive<R> {
-    /// Reads and checks the table of contents and the header of each entry.
+    /// Reads and checks the table of contents and each entry's header.
     ///
     /// # Errors
     /// The archive is not acceptable; the message is a sentence.
@@ -97,7 +97,7 @@ impl<R: Read + Seek> Archive<R> {
                 "{name} unpacks from {packed} to {size} bytes; a ratio of at most {HIGHEST_RATIO} is accepted"
             );
         }
-        // Overlapping entries let a small archive unpack to a huge one.
+        // Overlapping entries would let a small archive unpack to a huge amount of data.
         ensure!(
             !archive.has_overlapping_entries()?,
             "two of its entries overlap, or one overlaps with the table of contents"
@@ -127,7 +127,7 @@ impl<R: Read + Seek> Archive<R> {
         Ok(content)
     }
 
-    /// Checks all entries by unpacking them without storing anything.
+    /// Checks all entries by unpacking them without storing the result.
     ///
     /// # Errors
     /// An entry is damaged.
@@ -155,7 +155,7 @@ impl<R: Read + Seek> Archive<R> {
             if let Some(parent) = path.parent() {
                 temporary::make_folder(parent).with_context(unwritable)?;
             }
-            // Two names may denote the same file where names are case-insensitive.
+            // Two names may denote the same file if names are case-insensitive.
             let mut file = temporary::options().write(true).create_new(true).open(&path).with_context(unwritable)?;
             self.unpack_entry(&entry, &mut file)?;
         }
@@ -201,7 +201,7 @@ impl<R: Read + Seek> Archive<R> {
     }
 }
 
-/// The record at the end of a ZIP file, which locates the table of contents.
+/// The record at the end of a ZIP file, which states where the table of contents is.
 struct End {
     count: u16,
     start: u64,
@@ -241,7 +241,7 @@ fn find_end(reader: &mut (impl Read + Seek)) -> Result<End> {
     Ok(End { count, start: u64::from(start), size })
 }
 
-/// The checked names in the table of contents, which its entries must fill exactly.
+/// The names in the table of contents, after checking that its entries fill it exactly.
 fn read_names(reader: &mut (impl Read + Seek), end: &End) -> Result<Vec<String>> {
     let directory = read_at(reader, end.start, u64::from(end.size))?;
     let mut rest = directory.as_slice();
@@ -288,7 +288,7 @@ fn accept(entry: &ZipFileEntry<'_>, name: String) -> Result<Entry> {
     Ok(Entry { name, size })
 }
 
-/// Checks that a name is a path below the target folder on every system.
+/// Checks that a name is a path within the target folder on every system.
 fn check_name(name: &str) -> Result<()> {
     if name.is_empty() || name.len() > LONGEST_NAME {
         bail!("an entry's name has {} bytes; 1 to {LONGEST_NAME} are accepted", name.len());
@@ -317,7 +317,7 @@ fn read_at(reader: &mut (impl Read + Seek), start: u64, length: u64) -> Result<V
     Ok(bytes)
 }
 
-/// Reads a number of a record, which is little-endian.
+/// Reads a little-endian number from a record.
 fn u16_at(record: &[u8], place: usize) -> u16 {
     u16::from_le_bytes([record[place], record[place + 1]])
 }
@@ -326,8 +326,8 @@ fn u32_at(record: &[u8], place: usize) -> u32 {
     u32::from(u16_at(record, place)) | u32::from(u16_at(record, place + 2)) << 16
 }
 
-/// Creates a ZIP file with these files: sorted by name and dated 1980, so that the same files yield the same bytes. All
-/// are deflated except FMUs, which are already compressed.
+/// Creates a ZIP file with these files: sorted by name and dated 1980, so that the same files always yield the same
+/// bytes. All are deflated except FMUs, which are already compressed.
 ///
 /// # Errors
 /// A name would be rejected by [`Archive::open`], or there are too many bytes.
@@ -341,7 +341,7 @@ pub fn write(files: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>> {
 
 fn pack(writer: &mut zip::ZipWriter<Cursor<Vec<u8>>>, name: &str, content: &[u8]) -> Result<()> {
     check_name(name)?;
-    // The highest level takes more than twice as long, for half a percent of a library.
+    // The highest level takes more than twice as long, to save half a percent of a library.
     let (method, level) = match name.ends_with(".fmu") {
         true => (CompressionMethod::Stored, None),
         false => (CompressionMethod::Deflated, Some(6)),

@@ -1,11 +1,11 @@
-//! Examines a library's file without loading it: the functions it exports, and its requirements on the system.
+//! Examines a library file without loading it: the functions it exports and its system requirements.
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use object::read::elf::FileHeader;
 use object::read::macho::{FatArch, LoadCommandVariant, MachHeader, MachOFatFile32, MachOFatFile64, MachOFile};
 use object::{Architecture, BinaryFormat, Endianness, File, FileKind, NameOrOrdinal, Object};
 
-/// The function that a library made with `fmu::export!` exports in addition to those of FMI: its table.
+/// The function that a library built with `fmu::export!` exports in addition to those of FMI, which returns its table.
 const TABLE: &str = "plcfmu_interface";
 
 /// The maximum number of architectures in a macOS universal binary.
@@ -20,7 +20,7 @@ pub struct Binary {
     pub architectures: Vec<String>,
     /// The exported functions of FMI, sorted.
     pub functions: Vec<String>,
-    /// Whether it exports a block's table, like every library made by this tool.
+    /// Whether it exports a block's table, like every library built by this tool.
     pub has_table: bool,
     /// The newest glibc version whose symbols a Linux library needs, such as `2.14`.
     pub glibc: Option<String>,
@@ -44,17 +44,17 @@ impl Binary {
         }
     }
 
-    /// The missing ones of `functions`, separated by commas; `None` if all are exported.
+    /// Those of `functions` that are missing, separated by commas; `None` if all are exported.
     pub fn missing(&self, functions: &[&str]) -> Option<String> {
         let missing: Vec<_> =
             functions.iter().copied().filter(|name| !self.functions.iter().any(|own| own == name)).collect();
         (!missing.is_empty()).then(|| missing.join(", "))
     }
 
-    /// Checks that exactly these functions of FMI are exported.
+    /// Checks that exactly these FMI functions are exported.
     ///
     /// # Errors
-    /// Functions are missing, or there is one too many.
+    /// Functions are missing, or there is an additional one.
     pub fn check_functions(&self, functions: &[&str]) -> Result<()> {
         if let Some(missing) = self.missing(functions) {
             bail!("it does not export {missing}");
@@ -65,10 +65,10 @@ impl Binary {
         }
     }
 
-    /// Checks that it depends on no library that would have to be installed with it.
+    /// Checks that it does not depend on a library that would have to be installed with it.
     ///
     /// # Errors
-    /// It does; the message names the first.
+    /// It does; the message names the first one.
     pub fn check_needed(&self) -> Result<()> {
         match self.needed.iter().find(|library| !is_everywhere(self.system, library)) {
             Some(library) => Err(anyhow!("it needs {library}, which not every {} has", self.system)),
@@ -91,8 +91,8 @@ impl Binary {
     }
 }
 
-/// Whether every system of this kind has the library: glibc and gcc's own on Linux, parts of the operating system on
-/// Windows and macOS.
+/// Whether every system of this kind has the library: glibc and GCC's runtime on Linux, parts of the operating system
+/// on Windows and macOS.
 fn is_everywhere(system: &str, needed: &str) -> bool {
     const LINUX: [&str; 7] =
         ["libc.so.", "libm.so.", "libdl.so.", "libpthread.so.", "librt.so.", "ld-linux", "libgcc_s.so."];
@@ -112,8 +112,8 @@ pub fn version(text: &str) -> Vec<u32> {
     text.split('.').map(|part| part.parse().unwrap_or(u32::MAX)).collect()
 }
 
-/// Reads a macOS universal binary, which contains a library for each processor. They must agree, so that the FMU is the
-/// same on all of them.
+/// Reads a macOS universal binary, which contains a library for each processor. The libraries must agree, so that the
+/// FMU is the same on all of them.
 fn universal(bytes: &[u8], parts: &[impl FatArch]) -> Result<Binary> {
     ensure!(
         (1..=MOST_ARCHITECTURES).contains(&parts.len()),
@@ -140,7 +140,7 @@ fn universal(bytes: &[u8], parts: &[impl FatArch]) -> Result<Binary> {
     all.context("it is empty")
 }
 
-/// Adds the texts that are not present yet.
+/// Adds the strings that are not yet present.
 fn add(texts: &mut Vec<String>, further: Vec<String>) {
     for text in further {
         if !texts.contains(&text) {

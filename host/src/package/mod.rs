@@ -1,4 +1,4 @@
-//! Opens an FMU's file: an archive with a model description and matching libraries.
+//! Opens FMU files: archives with a model description and matching libraries.
 
 pub mod archive;
 pub mod binary;
@@ -30,7 +30,7 @@ pub struct Package<R> {
     pub archive: Archive<R>,
     /// Its modelDescription.xml.
     pub xml: ModelDescription,
-    /// The description it contains, with the elements of arrays as variables.
+    /// The description in it, with array elements as variables.
     pub description: Description,
     /// Its libraries, one for each platform; empty if it contains only sources.
     pub libraries: Vec<LibraryFile>,
@@ -49,7 +49,7 @@ impl Package<BufReader<File>> {
     /// Opens the FMU at `path` and checks its packaging.
     ///
     /// # Errors
-    /// The FMU is faulty, as explained in one sentence.
+    /// The FMU is faulty; the error is one sentence.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).context("it cannot be opened")?;
         Package::read(BufReader::new(file))
@@ -60,7 +60,7 @@ impl<R: Read + Seek> Package<R> {
     /// Reads an FMU and checks its packaging.
     ///
     /// # Errors
-    /// The FMU is faulty, as explained in one sentence.
+    /// The FMU is faulty; the error is one sentence.
     pub fn read(reader: R) -> Result<Package<R>> {
         let mut archive = Archive::open(reader)?;
         let xml = archive.read(DESCRIPTION, LONGEST_DESCRIPTION)?;

@@ -1,6 +1,6 @@
-//! Temporary files and folders, created next to their destination. They are accessible only to their owner, whatever
-//! the umask, and are removed when the command ends, even by a signal. Each is locked while in use: leftovers of a
-//! killed command are recognized by their name and free lock, and removed by the next command.
+//! Temporary files and folders, created next to their destination. They are accessible only to their owner, regardless
+//! of the umask, and are removed when the command ends, even by a signal. Each is locked while in use: leftovers of a
+//! killed command are recognized by their name and released lock, and are removed by the next command.
 
 use anyhow::{Context, Result, bail, ensure};
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ const NAME: (&str, &str) = (".plcfmu-", ".tmp");
 /// The lock file in a [`Folder`], locked by the process that uses it.
 const LOCK: &str = ".lock";
 
-/// The age beyond which an unlocked leftover is considered forgotten.
+/// The age at which a leftover without a lock counts as abandoned.
 const A_DAY: Duration = Duration::from_secs(86_400);
 
 /// The temporary files and folders that currently belong to this process.
@@ -29,11 +29,11 @@ fn present_ones() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     PRESENT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes all temporary files and folders of this process, which is about to end. Afterwards it cannot create any.
+/// Removes all temporary files and folders of this process, which is about to end and cannot create any afterwards.
 pub fn remove_all() {
     let present = present_ones();
     present.iter().for_each(|path| remove(path));
-    // Other threads that create or remove one block until the process ends.
+    // Other threads block until the process ends if they create or remove one.
     std::mem::forget(present);
 }
 
@@ -47,7 +47,7 @@ impl Drop for Listed {
     }
 }
 
-/// Creates a file or folder and lists it, without a signal in between.
+/// Creates a file or folder and lists it. No signal can be handled in between.
 fn listed<T>(make: impl FnOnce() -> io::Result<T>, path: impl FnOnce(&T) -> &Path) -> io::Result<(T, Listed)> {
     let mut present = present_ones();
     let made = make()?;
@@ -56,7 +56,7 @@ fn listed<T>(make: impl FnOnce() -> io::Result<T>, path: impl FnOnce(&T) -> &Pat
     Ok((made, Listed(path)))
 }
 
-/// Creates a temporary file with this mode less the umask, where the system has modes.
+/// Creates a temporary file with this mode, masked by the umask, if the system has modes.
 fn new_file(folder: &Path, suffix: &str, mode: u32) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(NAME.0).suffix(suffix);
@@ -87,14 +87,14 @@ pub fn make_folder(path: &Path) -> io::Result<()> {
     builder.recursive(true).create(path)
 }
 
-/// The permissions that a new file has in this folder according to the user's umask.
+/// The permissions of a new file in this folder according to the user's umask.
 fn usual_permissions(folder: &Path) -> io::Result<Permissions> {
     Ok(new_file(folder, NAME.1, 0o666)?.as_file().metadata()?.permissions())
 }
 
-/// Writes a file next to its destination, checks it there, and renames it: at any moment there is either the old file
-/// or the new one, which takes the old one's mode and owner. Symbolic links are followed. A device, FIFO or socket is
-/// written to after the check.
+/// Writes a file next to its destination, checks it there, and renames it: at any moment, either the old or the new
+/// file exists. The new file keeps the old one's mode and owner. Symbolic links are followed. A device, FIFO or socket
+/// is written to after the check.
 ///
 /// # Errors
 /// The file cannot be written, or `write` or `check` fails.
@@ -106,11 +106,11 @@ pub fn place(
     Pending::write(path, write, check)?.finish()
 }
 
-/// A file that is written, checked, and still next to its destination. It is removed when dropped. Several files can
-/// all be written before the first one is renamed, so that a full disk leaves none of them.
+/// A file that has been written and checked next to its destination. It is removed when dropped. Several files can be
+/// written before the first one is renamed, so that none is replaced if the disk is full.
 #[derive(Debug)]
 pub struct Pending {
-    // Kept open, and so locked, until it is renamed.
+    // Kept open, and thus locked, until it is renamed.
     _file: File,
     beside: TempPath,
     _listed: Listed,
@@ -120,7 +120,7 @@ pub struct Pending {
 }
 
 impl Pending {
-    /// Writes a file like [`place`], to be renamed by [`finish`](Pending::finish).
+    /// Writes a file as [`place`] does, to be renamed by [`finish`](Pending::finish).
     ///
     /// # Errors
     /// The file cannot be written, or `write` or `check` fails.
@@ -199,11 +199,11 @@ fn linked(path: &Path) -> PathBuf {
     }
 }
 
-/// Checks the files that a command is going to write: no output may be a folder or one of the inputs, or be named
-/// twice. Devices and similar may be named twice.
+/// Checks the files that a command is going to write: no output may be a folder, be one of the inputs, or be named
+/// twice. Devices and the like may be named twice.
 ///
 /// # Errors
-/// An output fails the check; the message names the remedy.
+/// An output fails the check; the message states the remedy.
 pub fn check_outputs<'a>(
     outputs: impl IntoIterator<Item = &'a Path>,
     inputs: impl IntoIterator<Item = &'a Path>,
@@ -233,7 +233,7 @@ pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The error for a file that cannot be created, in terms of the path named by the user.
+/// The error for a file that cannot be created, with the path given by the user.
 fn unwritable(path: &Path, error: io::Error) -> anyhow::Error {
     let folder = folder(path).display();
     match error.kind() {
@@ -246,8 +246,8 @@ fn unwritable(path: &Path, error: io::Error) -> anyhow::Error {
     }
 }
 
-/// Creates a file and locks it, except on Windows, where a lock would prevent others from reading it. Between the two,
-/// another command may take the file for a forgotten one and remove it: then a new one is created.
+/// Creates a file and locks it, except on Windows, where a lock would prevent others from reading it. Between the two
+/// steps, another command may mistake the file for an abandoned one and remove it; a new one is then created.
 fn locked(mut create: impl FnMut() -> io::Result<tempfile::NamedTempFile>) -> io::Result<tempfile::NamedTempFile> {
     loop {
         let file = create()?;
@@ -281,7 +281,7 @@ impl Folder {
             .with_context(|| format!("no temporary folder can be made in {} (TMPDIR chooses another)", place.display()))
     }
 
-    /// Creates a folder in this one, for example next to its destination.
+    /// Creates a folder in `place`, for example next to the destination.
     ///
     /// # Errors
     /// It cannot be created.
@@ -292,7 +292,7 @@ impl Folder {
             #[cfg(unix)]
             builder.permissions(Permissions::from_mode(0o700));
             let folder = builder.tempdir_in(place)?;
-            // Locked before it gets its final name: an unlocked one would count as forgotten.
+            // Locked before it gets its final name: an unlocked one would count as abandoned.
             let path = folder.path().join("lock");
             let lock = options().write(true).create_new(true).open(&path)?;
             lock.lock()?;
@@ -309,7 +309,7 @@ impl Folder {
     }
 }
 
-/// A complete file, removed when dropped.
+/// A complete temporary file, removed when dropped.
 #[derive(Debug)]
 pub struct Document {
     file: tempfile::NamedTempFile,
@@ -317,8 +317,8 @@ pub struct Document {
 }
 
 impl Document {
-    /// Creates a file in the system's folder for temporary files; its name ends with `suffix`, where that matters to
-    /// the program that opens it.
+    /// Creates a file in the system's folder for temporary files; its name ends with `suffix`, if that matters to the
+    /// program that opens it.
     ///
     /// # Errors
     /// It cannot be written.
@@ -339,8 +339,8 @@ impl Document {
     }
 }
 
-/// Removes leftovers of killed commands by this user from the system's folder for temporary files: whatever is not
-/// locked, or has no lock and is older than a day.
+/// Removes leftovers of this user's killed commands from the system's folder for temporary files: those that are
+/// unlocked, or that cannot be locked and are older than a day.
 pub fn remove_forgotten() {
     remove_forgotten_in(&std::env::temp_dir());
 }
@@ -368,8 +368,8 @@ fn remove_forgotten_in(folder: &Path) {
         let lock = File::open(if of.is_dir() { path.join(LOCK) } else { path.clone() });
         let lock = lock.ok().filter(|_| of.is_dir() || cfg!(unix));
         let is_forgotten = lock.as_ref().map_or_else(is_old, |lock| lock.try_lock().is_ok());
-        // A folder got its name with its lock taken, and Windows does not remove an open file. A file is removed under its lock, for which
-        // whoever has just created it waits.
+        // A folder's lock was taken before it got its name, and Windows does not remove an open file. A file is removed
+        // while locked; a process that has just created it waits for the lock.
         let _lock = lock.filter(|_| of.is_file());
         if is_forgotten {
             remove(&path);
@@ -382,7 +382,7 @@ fn remove(path: &Path) {
     let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
 }
 
-/// Whether a file or folder has the name of a temporary one of this program.
+/// Whether this is the name of a temporary file or folder of this program.
 fn is_ours(name: &str) -> bool {
     name.starts_with(NAME.0) && (name.ends_with(NAME.1) || name.ends_with(".html"))
 }
@@ -390,7 +390,7 @@ fn is_ours(name: &str) -> bool {
 /// Removes leftover temporary files and folders in `folder`.
 ///
 /// # Errors
-/// The folder cannot be read, or one of them cannot be removed.
+/// The folder cannot be read, or a leftover cannot be removed.
 pub fn remove_left(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
