@@ -177,7 +177,7 @@ def test_what_does_not_fit_is_not_connected(run_command, sampled, connection, er
     [
         (NOT_A_NUMBER, [], "S at 0.0 s: fmi3UpdateDiscreteStates returned NaN as the time of the next event"),
         (ENDLESS, [], "S at 0.0 s: the events do not end: after 100 updates outputs still change; step the loop without Event Mode"),
-        (BACKWARDS, ["--set=S.PERIOD=0.25"], "fmi3DoStep returned early at -1.0 s, which is not in the step"),
+        (BACKWARDS, ["--set=S.PERIOD=0.25"], "fmi3DoStep returned early at -1.0 s, which is outside the step"),
         (STANDING, ["--set=S.PERIOD=0.25"], "fmi3DoStep repeatedly returned early at 0.0 s"),
     ],
 )
@@ -214,7 +214,7 @@ def test_an_fmu_with_clocks_is_refused_by_their_names(run_command, sampled, tmp_
             other.writestr(name, fmu.read(name).replace(b"</ModelVariables>", clock))
     done = run_command("run", str(ticking))
     assert done.returncode == 1
-    assert "the FMU has Clocks (tick), which this program does not tick: export it without Clocks" in done.stderr
+    assert "the FMU has Clocks (tick), which this program does not support: export it without Clocks" in done.stderr
     assert run_command("info", str(ticking)).returncode == 0
 
 

@@ -224,8 +224,8 @@ def test_a_folder_in_place_of_an_fmu_is_told_with_the_remedy(command, tmp_path, 
 
 # Without room at all, with room for the smallest file alone, and with room where no program runs.
 PLACES = {
-    "no room": ("size=64k", "fill", "make room there, or set TMPDIR to another folder"),
-    "hardly room": ("size=16k", "", "make room there, or set TMPDIR to another folder"),
+    "no room": ("size=64k", "fill", "free up space there, or set TMPDIR to another folder"),
+    "hardly room": ("size=16k", "", "free up space there, or set TMPDIR to another folder"),
     "noexec": ("noexec", "", "(it is mounted noexec): set TMPDIR to another folder"),
 }
 

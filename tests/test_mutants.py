@@ -179,7 +179,7 @@ RIGHT = {
         "not run: the FMU has no library for this platform",
     ),
     "for model exchange": (model_exchange, "not run: the FMU is for model exchange only"),
-    "of sources": (lambda files: move(files, "sources/cont_c.c", b"int f;"), "not run: the FMU has sources only"),
+    "of sources": (lambda files: move(files, "sources/cont_c.c", b"int f;"), "not run: the FMU contains only sources"),
     "without a unit": (variable("CYCLE", ' unit="s" displayUnit="ms"', ""), "all variables read"),
 }
 

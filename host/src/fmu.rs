@@ -95,7 +95,7 @@ impl Unpacked {
     pub fn new<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Unpacked> {
         let library = library(package)?.clone();
         let folder = Folder::new_in(place).map_err(Error::new);
-        let folder = folder.with_context(|| format!("no folder in {}", place.display()));
+        let folder = folder.with_context(|| format!("no folder can be created in {}", place.display()));
         let unpacked = folder.and_then(|folder| package.archive.unpack(&Unpacked::path(&folder)).map(|()| folder));
         Ok(Unpacked { description: package.description.clone(), folder: machine::unpacking(unpacked, place)?, library })
     }
@@ -131,7 +131,7 @@ impl Unpacked {
 pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
     ensure_runs(&package.description)?;
     if package.libraries.is_empty() {
-        bail!("the FMU has sources only: a tool that compiles them can run it, this one cannot");
+        bail!("the FMU contains only sources: run it in a tool that compiles them");
     }
     let platforms = if package.description.is_fmi_3() { platforms_v3(OS, ARCH) } else { platforms(OS, ARCH) };
     let file = platforms.iter().find_map(|name| package.libraries.iter().find(|file| file.platform == *name));
@@ -153,15 +153,15 @@ pub fn ensure_runs(description: &Description) -> Result<()> {
         if description.model_exchange.is_none() {
             bail!("the FMU is for scheduled execution only: export it for co-simulation");
         }
-        bail!("the FMU is for model exchange only: a simulator with a solver can run it, this one cannot");
+        bail!("the FMU is for model exchange only: run it in a simulator with a solver");
     }
     let clocks = || description.variables.iter().filter(|variable| variable.type_name == CLOCK);
     if clocks().next().is_some() {
         let names: Vec<_> = clocks().take(MOST_CLOCKS).map(|clock| shortened(&clock.name)).collect();
         let more = if clocks().count() > MOST_CLOCKS { ", ..." } else { "" };
         bail!(
-            "the FMU has Clocks ({}{more}), which this program does not tick: export it without Clocks, or run it in a tool \
-             that has them",
+            "the FMU has Clocks ({}{more}), which this program does not support: export it without Clocks, or run it in a tool \
+             that supports them",
             names.join(", ")
         );
     }

@@ -151,7 +151,7 @@ impl Instance {
         let (name, guid) = (text(start.name)?, text(start.guid)?);
         let resources = start.resources.map(text).transpose()?;
         let called = match library {
-            Opened::V2(_) if start.has_events => bail!("it is of FMI 2.0, which has no Event Mode"),
+            Opened::V2(_) if start.has_events => bail!("it is an FMI 2.0 FMU, which has no Event Mode"),
             Opened::V2(library) => v2::Instance::new(library, &name, &guid, resources.as_deref(), &messages)
                 .map(|of| Called::V2(Box::new(of)))
                 .with_context(|| format!("fmi2Instantiate returned no instance: {}", messages.explanation()))?,
@@ -228,7 +228,7 @@ impl Instance {
     /// # Errors
     /// The FMU refuses, with its messages, or has no Event Mode.
     pub fn enter_events(&mut self) -> Result<()> {
-        let Called::V3(of) = &mut self.called else { bail!("it is of FMI 2.0, which has no Event Mode") };
+        let Called::V3(of) = &mut self.called else { bail!("it is an FMI 2.0 FMU, which has no Event Mode") };
         let done = of.enter_events();
         self.check(done)
     }
@@ -238,7 +238,7 @@ impl Instance {
     /// # Errors
     /// The FMU refuses, with its messages, or [`Terminated`].
     pub fn update(&mut self) -> Result<Update> {
-        let Called::V3(of) = &mut self.called else { bail!("it is of FMI 2.0, which has no Event Mode") };
+        let Called::V3(of) = &mut self.called else { bail!("it is an FMI 2.0 FMU, which has no Event Mode") };
         match of.update() {
             Ok(update) => Ok(update),
             Err(Stopped::Terminated) => Err(Terminated.into()),
@@ -252,7 +252,7 @@ impl Instance {
     /// # Errors
     /// The FMU refuses, with its messages.
     pub fn leave_events(&mut self) -> Result<()> {
-        let Called::V3(of) = &mut self.called else { bail!("it is of FMI 2.0, which has no Event Mode") };
+        let Called::V3(of) = &mut self.called else { bail!("it is an FMI 2.0 FMU, which has no Event Mode") };
         let done = of.leave_events();
         self.check(done)
     }
@@ -388,7 +388,7 @@ fn done(function: &'static str, status: c_int) -> Result<(), Failed> {
 fn unfit(kind: Type, value: f64) -> anyhow::Error {
     match kind.whole() {
         Some((low, high)) if kind != Type::Integer => {
-            anyhow!("{value:?} is not a whole number from {low} to {high}, as {} has", kind.name())
+            anyhow!("{value:?} is not a whole number from {low} to {high}, the range of {}", kind.name())
         }
         None if kind.is_floating() => anyhow!("{value:?} is outside the range of {}", kind.name()),
         _ => anyhow!("{value:?} is not a 32-bit integer"),

@@ -222,7 +222,7 @@ fn reason(error: &libloading::Error, path: &Path) -> String {
 /// The remedy, if the reason suggests one.
 fn help(reason: &str) -> &'static str {
     let is_python = reason.contains("undefined symbol: Py") || reason.contains("undefined symbol: _Py");
-    if is_python { ": it needs Python; set LD_PRELOAD to the library libpython3 of its version" } else { "" }
+    if is_python { ": it needs Python; set LD_PRELOAD to the libpython3 library of that version" } else { "" }
 }
 
 /// The file name of a library.
@@ -236,7 +236,7 @@ impl Loaded {
         type Interface = unsafe extern "C" fn(*mut u8, usize) -> usize;
         // SAFETY: `fmu::export!` defines the type of this symbol.
         let interface = unsafe { self.library.get::<Interface>("plcfmu_interface") }
-            .map_err(|_| anyhow!("the library has no table: its last line should be fmu::export!(MyBlock);"))?;
+            .map_err(|_| anyhow!("the library has no table: its source must end with fmu::export!(MyBlock);"))?;
         // SAFETY: NULL requests only the length, to which the buffer is then sized.
         let json = unsafe {
             let mut json = vec![0; interface(std::ptr::null_mut(), 0)];
@@ -251,7 +251,7 @@ impl Loaded {
 #[test]
 fn an_fmu_that_python_has_to_load_says_so() {
     let of = |symbol: &str| {
-        help(&format!("TMP.so: undefined symbol: {symbol}")).contains("set LD_PRELOAD to the library libpython3")
+        help(&format!("TMP.so: undefined symbol: {symbol}")).contains("set LD_PRELOAD to the libpython3 library")
     };
     assert_eq!(["_Py_NoneStruct", "PyLong_Type", "sin"].map(of), [true, true, false]);
 }

@@ -25,7 +25,11 @@ const VARIABLE: &str = if cfg!(windows) { "TMP" } else { "TMPDIR" };
 impl Fault {
     /// The fault for a folder that cannot be written to.
     pub fn no_room(folder: &Path) -> Fault {
-        Fault(format!("nothing can be written to {}: make room there, or {}", Fault::place(folder), Fault::remedy()))
+        Fault(format!(
+            "nothing can be written to {}: free up space there, or {}",
+            Fault::place(folder),
+            Fault::remedy()
+        ))
     }
 
     /// The fault for a folder whose files cannot be executed.
@@ -112,9 +116,9 @@ mod tests {
         let error = Failure::from(of(ErrorKind::StorageFull)).into_error();
         assert!(error.is::<Fault>());
         assert!(
-            error
-                .to_string()
-                .starts_with("nothing can be written to the folder for temporary files /full: make room there, or ")
+            error.to_string().starts_with(
+                "nothing can be written to the folder for temporary files /full: free up space there, or "
+            )
         );
         assert!(error.to_string().ends_with(": PUMP.so cannot be unpacked: no storage space"), "{error}");
         assert!(!Failure::from(of(ErrorKind::InvalidData)).into_error().is::<Fault>());

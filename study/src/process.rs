@@ -169,7 +169,7 @@ mod tests {
         let error = starter.start(false).unwrap_err().to_string();
         assert_eq!(
             error,
-            "a process of plcfmu (the library of no FMU was called) ended its process with exit code 101 while the loop was loaded"
+            "a process of plcfmu (no FMU library was being called) ended its process with exit code 101 while the loop was loaded"
         );
     }
 }

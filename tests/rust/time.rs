@@ -659,5 +659,5 @@ fn calls_are_no_events_in_fmi_2() {
     let fmu = fmu_of("counter");
     let start = Start { name: "x", guid: fmu.guid.to_str().unwrap(), has_events: true, ..Start::default() };
     let refused = host::instance::Instance::start(&Opened::V2(fmu.library.clone()), &start).unwrap_err();
-    assert_eq!(refused.to_string(), "it is of FMI 2.0, which has no Event Mode");
+    assert_eq!(refused.to_string(), "it is an FMI 2.0 FMU, which has no Event Mode");
 }

@@ -55,7 +55,7 @@ const LINES: usize = 3;
 const DISTURBED: &str = "corrupted the output of its process by writing to it or closing it; the process was ended";
 
 /// The subject used instead of an FMU's name if no FMU was being called; the text of [`End::Ended`] follows.
-pub const OWN: &str = "a process of plcfmu (the library of no FMU was called)";
+pub const OWN: &str = "a process of plcfmu (no FMU library was being called)";
 
 /// The destination of the output of FMUs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -257,13 +257,11 @@ impl Instance {
                 return Ok(());
             }
             if !self.has_events {
-                return Err(Stopped::Astray(format!(
-                    "fmi3DoStep returned early, at {last:?} s, which it was not allowed to"
-                )));
+                return Err(Stopped::Astray(format!("fmi3DoStep returned early at {last:?} s, which was not allowed")));
             }
             if !(last >= at - ROUNDING * size && last <= end + ROUNDING * size) {
                 return Err(Stopped::Astray(format!(
-                    "fmi3DoStep returned early at {last:?} s, which is not in the step"
+                    "fmi3DoStep returned early at {last:?} s, which is outside the step"
                 )));
             }
             ends = if last > at { 0 } else { ends + 1 };

@@ -77,7 +77,7 @@ impl<R: Read + Seek> Archive<R> {
         ensure!(
             archive.central_directory_start() == end.start
                 && archive.file_names_raw().eq(names.iter().map(String::as_bytes)),
-            "its table of contents can be read in two ways"
+            "its table of contents is ambiguous"
         );
         let metadata = archive.metadata();
         let mut entries = Vec::new();
@@ -227,11 +227,11 @@ fn find_end(reader: &mut (impl Read + Seek)) -> Result<End> {
     );
     ensure!(
         u16_at(record, 4) == 0 && u16_at(record, 6) == 0 && u16_at(record, 8) == count,
-        "it is one part of an archive in several files, which is not accepted"
+        "it is part of a multi-file archive, which is not accepted"
     );
     ensure!(
         u64::from(start) + u64::from(size) == tail_start + place as u64,
-        "its table of contents is not where the archive's end says: bytes are missing or were added"
+        "its table of contents is not where the end record states: bytes are missing or were added"
     );
     ensure!(count <= MOST_ENTRIES, "it has {count} entries; at most {MOST_ENTRIES} are accepted");
     ensure!(
@@ -301,7 +301,7 @@ fn check_name(name: &str) -> Result<()> {
     } else if name.starts_with('/') {
         "is an absolute path"
     } else if name.contains(':') {
-        "has a colon, which Windows takes for a drive"
+        "has a colon, which Windows interprets as a drive"
     } else if path.split('/').any(|part| matches!(part, "" | "." | "..")) {
         "has an empty part, '.' or '..'"
     } else {
@@ -524,8 +524,8 @@ mod tests {
             ("a//", "has an empty part, '.' or '..'"),
             ("/etc/x", "is an absolute path"),
             ("/", "is an absolute path"),
-            ("C:/x", "has a colon, which Windows takes for a drive"),
-            ("C:x", "has a colon, which Windows takes for a drive"),
+            ("C:/x", "has a colon, which Windows interprets as a drive"),
+            ("C:x", "has a colon, which Windows interprets as a drive"),
             ("a\\x", "has a backslash; FMI requires /"),
             ("..\\x", "has a backslash; FMI requires /"),
             ("a\0x", "has control characters"),
@@ -631,7 +631,7 @@ mod tests {
         let mut extra = vec![0x75, 0x70, 6, 0, 1];
         extra.extend(crc32fast::hash(b"x").to_le_bytes());
         extra.push(b'y');
-        assert_eq!(refusal(&[Stored { extra, ..stored("x", b"1") }]), "its table of contents can be read in two ways");
+        assert_eq!(refusal(&[Stored { extra, ..stored("x", b"1") }]), "its table of contents is ambiguous");
     }
 
     #[test]
@@ -699,9 +699,9 @@ mod tests {
             sentence(open(&bytes))
         };
         assert_eq!(spoilt(20, 1), "its end is damaged: bytes follow the archive");
-        assert_eq!(spoilt(4, 1), "it is one part of an archive in several files, which is not accepted");
-        assert_eq!(spoilt(8, 2), "it is one part of an archive in several files, which is not accepted");
-        assert!(spoilt(16, 0).starts_with("its table of contents is not where the archive's end says"));
+        assert_eq!(spoilt(4, 1), "it is part of a multi-file archive, which is not accepted");
+        assert_eq!(spoilt(8, 2), "it is part of a multi-file archive, which is not accepted");
+        assert!(spoilt(16, 0).starts_with("its table of contents is not where the end record states"));
         let zip64: Vec<u8> = good[..end + 16].iter().copied().chain([0xff; 4]).chain([0, 0]).collect();
         assert_eq!(
             sentence(open(&zip64)),
@@ -716,7 +716,7 @@ mod tests {
         none[end + 10] = 0;
         assert_eq!(sentence(open(&none)), "its central directory does not end after the 0 entries that it declares");
         let prefixed: Vec<u8> = b"x".iter().copied().chain(good).collect();
-        assert!(sentence(open(&prefixed)).starts_with("its table of contents is not where the archive's end says"));
+        assert!(sentence(open(&prefixed)).starts_with("its table of contents is not where the end record states"));
     }
 
     #[test]

@@ -36,7 +36,7 @@ impl Binary {
     /// # Errors
     /// The bytes are not a library, or the parts of a macOS universal binary differ.
     pub fn read(bytes: &[u8]) -> Result<Binary> {
-        let what = || "it is not a library of Linux, Windows or macOS";
+        let what = || "it is not a library for Linux, Windows or macOS";
         match FileKind::parse(bytes).with_context(what)? {
             FileKind::MachOFat32 => universal(bytes, MachOFatFile32::parse(bytes).with_context(what)?.arches()),
             FileKind::MachOFat64 => universal(bytes, MachOFatFile64::parse(bytes).with_context(what)?.arches()),
@@ -117,7 +117,7 @@ pub fn version(text: &str) -> Vec<u32> {
 fn universal(bytes: &[u8], parts: &[impl FatArch]) -> Result<Binary> {
     ensure!(
         (1..=MOST_ARCHITECTURES).contains(&parts.len()),
-        "it is a universal file for {} processors; 1 to {MOST_ARCHITECTURES} are accepted",
+        "it is a universal binary for {} processors; 1 to {MOST_ARCHITECTURES} are accepted",
         parts.len()
     );
     let mut all: Option<Binary> = None;
@@ -307,7 +307,7 @@ mod tests {
     #[test]
     fn what_is_not_a_library_is_refused() {
         for bytes in [&b""[..], b"hello", b"\x7fELF\x02\x01\x01", b"\xca\xfe\xba\xbe\0\0\0\x02"] {
-            assert!(sentence(Binary::read(bytes)).starts_with("it is not a library of Linux, Windows or macOS: "));
+            assert!(sentence(Binary::read(bytes)).starts_with("it is not a library for Linux, Windows or macOS: "));
         }
     }
 
@@ -364,6 +364,6 @@ mod tests {
         let file = universal_file(&[(X86_64, first), (ARM64, b"nothing".to_vec())]);
         assert!(sentence(Binary::read(&file)).starts_with("its part for aarch64 is damaged: "));
         let file = universal_file(&[]);
-        assert_eq!(sentence(Binary::read(&file)), "it is a universal file for 0 processors; 1 to 8 are accepted");
+        assert_eq!(sentence(Binary::read(&file)), "it is a universal binary for 0 processors; 1 to 8 are accepted");
     }
 }

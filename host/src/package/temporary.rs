@@ -238,7 +238,10 @@ fn unwritable(path: &Path, error: io::Error) -> anyhow::Error {
     let folder = folder(path).display();
     match error.kind() {
         io::ErrorKind::PermissionDenied => {
-            anyhow::anyhow!("{} cannot be written: you may not write to the folder {folder}", path.display())
+            anyhow::anyhow!(
+                "{} cannot be written: you do not have permission to write to the folder {folder}",
+                path.display()
+            )
         }
         // The original error names a temporary file that the user does not know.
         kind => anyhow::Error::new(error.raw_os_error().map_or_else(|| kind.into(), io::Error::from_raw_os_error))
@@ -277,8 +280,9 @@ impl Folder {
     /// It cannot be created.
     pub fn new() -> Result<Folder> {
         let place = std::env::temp_dir();
-        Folder::new_in(&place)
-            .with_context(|| format!("no temporary folder can be made in {} (TMPDIR chooses another)", place.display()))
+        Folder::new_in(&place).with_context(|| {
+            format!("no temporary folder can be created in {} (TMPDIR selects another)", place.display())
+        })
     }
 
     /// Creates a folder in `place`, for example next to the destination.
@@ -329,7 +333,7 @@ impl Document {
             Ok(file)
         };
         let (file, _listed) = listed(make, tempfile::NamedTempFile::path)
-            .context("no temporary file can be made (TMPDIR chooses another folder)")?;
+            .context("no temporary file can be created (TMPDIR selects another folder)")?;
         Ok(Document { file, _listed })
     }
 
@@ -481,7 +485,7 @@ mod tests {
         let told = |kind: io::ErrorKind| {
             format!("{:#}", unwritable(Path::new("ro/a.csv"), io::Error::new(kind, ".plcfmu-x.tmp")))
         };
-        let expected = "ro/a.csv cannot be written: you may not write to the folder ro";
+        let expected = "ro/a.csv cannot be written: you do not have permission to write to the folder ro";
         assert_eq!(told(io::ErrorKind::PermissionDenied), expected);
         let full = told(io::ErrorKind::StorageFull);
         assert!(full.starts_with("ro/a.csv cannot be written: ") && !full.contains(".plcfmu"), "{full}");

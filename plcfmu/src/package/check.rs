@@ -391,7 +391,7 @@ mod tests {
     fn an_fmu_whose_library_is_damaged_is_not_let_out() {
         let error = verdict(b"hello", &description());
         assert!(
-            error.starts_with("binaries/linux64/PUMP.so: it is not a library of Linux, Windows or macOS: "),
+            error.starts_with("binaries/linux64/PUMP.so: it is not a library for Linux, Windows or macOS: "),
             "{error}"
         );
     }
