@@ -65,7 +65,7 @@ def test_the_settings_go_back_to_each_form(gains):
     ("arguments", "status", "sentence"),
     [
         (["--from", "GAIN=2,TI=20,TD=6", "--to", "series"], 1, "no series form has this response: that needs TI >= 4 TD"),
-        (["--simulink", "P=2,D=1"], 1, "N is missing: give the filter coefficient in 1/s; Simulink's default is 100"),
+        (["--simulink", "P=2,D=1"], 1, "N is missing: specify the filter coefficient in 1/s; Simulink's default is 100"),
         (["--ideal", "P=2"], 1, "ideal has no P: its numbers are Kp, Ti, Td, N, Tf"),
         (["--ideal", "Kp=2", "--cycle", "0"], 1, "--cycle 0: CYCLE must be greater than 0 s"),
         (["--ideal", "Kp"], 2, '"Kp" is not NAME=NUMBER, such as Kp=2'),

@@ -155,9 +155,9 @@ def test_a_foreign_fmu_is_refused_with_the_way_to_run_it(page, tmp_path):
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("0,60,20\n1,60,21\n", "line 1 has values, and no line before it names them: write a header above it, such as time,SP,PV,LMN"),
+        ("0,60,20\n1,60,21\n", "line 1 has values but no header line above it: add one, such as time,SP,PV,LMN"),
         ("time,SP,PV\n0,60,20\n1,60,2x\n2,60,22\n", 'line 3, column 3 (PV): "2x" is neither a number'),
-        (b"PK\3\4" + bytes(range(1, 256)), "the file is not a text, it has the character"),
+        (b"PK\3\4" + bytes(range(1, 256)), "the file is not text: it contains the character"),
     ],
     ids=["without a header", "a typing error", "no text"],
 )
@@ -180,7 +180,7 @@ def test_a_recording_that_is_opened_before_a_loop_waits_for_it(page):
     new_loop(page, "CONT_C", "TIC1")
     page.get_by_role("tab", name="Replay").click()
     page.get_by_role("button", name="Replay", exact=True).click()
-    page.get_by_text("Line 3, column PV_IN: no value: the value before it counts.").wait_for()
+    page.get_by_text("Line 3, column PV_IN: no value: the previous value is used.").wait_for()
 
 
 def test_files_are_dropped_anywhere(page):

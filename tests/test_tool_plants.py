@@ -221,7 +221,7 @@ def assert_predicted(told, rows, begin, page):
     assert curves["overshoot"] == pytest.approx(figures["overshoot"], abs=100 * (bound + dead_band))
     dead_band, height = dead_band * np.std(measured), abs(curves["setpoint"][-1] - curves["setpoint"][0])
     if dead_band > 0.02 * height:
-        page.locator("#tune").get_by_text(f"is wider than the band of {0.02 * height:.3g} to both sides").wait_for()
+        page.locator("#tune").get_by_text(f"is wider than the band of {0.02 * height:.3g} on either side").wait_for()
     else:
         assert curves["settling"] == pytest.approx(figures["settling"], rel=0.02)
 

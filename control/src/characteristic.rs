@@ -58,8 +58,7 @@ pub struct Sweep {
 /// The block does not exist or rejects a setting, or a period of its pulses takes too many calls.
 pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristics> {
     let table = home.table(&member.fmu)?;
-    let table =
-        table.with_context(|| format!("{} is a foreign FMU, whose characteristics are not known", member.fmu))?;
+    let table = table.with_context(|| format!("{} is a foreign FMU: its characteristics are unknown", member.fmu))?;
     let mut distinct: Vec<&Characteristic<String>> = Vec::new();
     for of in &table.characteristics {
         if !distinct.iter().any(|known| known.variable == of.variable && known.show == of.show) {
@@ -91,7 +90,7 @@ fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic<St
     let period = period.filter(|period| period.is_finite()).map_or(1, |period| period.round().max(1.0) as usize);
     let calls = (of.calls as usize).next_multiple_of(period);
     if calls > MOST_CALLS / FEWEST_POINTS {
-        bail!("a period of the pulses has {period} calls: the characteristic takes too long");
+        bail!("the pulse period spans {period} calls: the characteristic would take too long");
     }
     let points = (of.points as usize).min(MOST_CALLS / calls);
     let (from, to) = of.range;
@@ -164,6 +163,6 @@ mod tests {
         let error = |member: &Member| format!("{:#}", characteristics(&TestHome::default(), member).unwrap_err());
         assert!(error(&member(&[("HIG", Value::Number(1.0))])).contains("did you mean C.HIGH?"));
         let foreign = Member { fmu: "FOREIGN".into(), ..member(&[]) };
-        assert_eq!(error(&foreign), "FOREIGN is a foreign FMU, whose characteristics are not known");
+        assert_eq!(error(&foreign), "FOREIGN is a foreign FMU: its characteristics are unknown");
     }
 }

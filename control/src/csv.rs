@@ -50,7 +50,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// Formats the error with the file's name: `loops.csv:3:2: PUMP.SPEED: "fast" is no number`.
+    /// Formats the error with the file's name: `loops.csv:3:2: PUMP.SPEED: no number: complete the row, or remove it`.
     pub fn in_file(&self, file: &str) -> String {
         let Fault { line, text, .. } = self;
         match &self.column {
@@ -231,7 +231,8 @@ impl CsvTable {
             }
             if row > 0 && *value < of.values[row - 1] {
                 bail!(
-                    "line {line}, column {}: the time goes back, from {:?} to {value:?}; sort the rows, or cut the file there",
+                    "line {line}, column {}: the time decreases from {:?} to {value:?}; sort the rows, or cut the file \
+                     there",
                     of.name,
                     of.values[row - 1]
                 );
@@ -289,7 +290,8 @@ impl<'a> Layout<'a> {
     fn new(text: &'a str, rows_are: RowsAre) -> Result<Layout<'a>> {
         if text.len() > LARGEST {
             bail!(
-                "the file has {} bytes; at most {LARGEST} are read: cut out the part of interest, or keep each tenth row",
+                "the file has {} bytes; at most {LARGEST} are read: cut out the part of interest, or keep every tenth \
+                 row",
                 text.len()
             );
         }
@@ -297,7 +299,7 @@ impl<'a> Layout<'a> {
         // A binary file is rejected before anything is parsed. DOS ends a text file with U+001A.
         let is_binary = |c: &char| c.is_control() && !c.is_whitespace() && *c != '\u{1a}';
         if let Some(found) = text.chars().take(LONGEST_LINE).find(is_binary) {
-            bail!("the file is not a text, it has the character {found:?}: export the recording as CSV");
+            bail!("the file is not text: it contains the character {found:?}; export the recording as CSV");
         }
         if let Some(line) = text.lines().take(SAMPLE).position(|line| line.len() > LONGEST_LINE) {
             bail!("line {} has more than {LONGEST_LINE} bytes: this is not a CSV file", line + 1);
@@ -339,8 +341,7 @@ impl<'a> Layout<'a> {
                     RowsAre::Calls => format!("time{c}SP{c}PV{c}LMN"),
                     RowsAre::Loops => format!("loop{c}PUMP.SPEED"),
                 };
-                let text =
-                    format!("has values, and no line before it names them: write a header above it, such as {example}");
+                let text = format!("has values but no header line above it: add one, such as {example}");
                 bail!(Fault { line: line + titles, column: None, text });
             }
             (comment, titles)
@@ -401,7 +402,7 @@ impl<'a> Layout<'a> {
         let incomplete = |line: usize, found: usize| Fault {
             line,
             column: None,
-            text: format!("has {found} values, and the header has {width} columns: complete the row, or remove it"),
+            text: format!("has {found} values, but the header has {width} columns: complete the row, or remove it"),
         };
         self.each(|line, record| {
             if let Some((line, found)) = short {
@@ -409,8 +410,8 @@ impl<'a> Layout<'a> {
             }
             if let Some(extra) = record.iter().skip(width).position(|cell| !cell.is_empty()) {
                 let text = format!(
-                    "has {} values, and the header has {width} columns (the first without a name: {:?}); if the \
-                     decimal sign is a comma, the separator has to be a semicolon or a tab",
+                    "has {} values, but the header has {width} columns (the first without a name: {:?}); if the \
+                     decimal sign is a comma, the separator must be a semicolon or a tab",
                     record.len(),
                     &record[width + extra]
                 );
@@ -422,8 +423,8 @@ impl<'a> Layout<'a> {
             }
             if (lines.len() + 1).saturating_mul(width) > MOST_VALUES {
                 bail!(
-                    "the file has more than {MOST_VALUES} values ({width} columns, line {line}): remove columns, or keep each \
-                     tenth row"
+                    "the file has more than {MOST_VALUES} values ({width} columns, line {line}): remove columns, or \
+                     keep every tenth row"
                 );
             }
             lines.push(line);
@@ -443,7 +444,7 @@ impl<'a> Layout<'a> {
             ));
         }
         if table.lines.is_empty() {
-            bail!("the file has a header and no rows of values: a row for each {} is needed", self.rows_are.noun());
+            bail!("the file has a header but no rows of values: a row for each {} is needed", self.rows_are.noun());
         }
         if self.rows_are == RowsAre::Calls {
             clock::join(&mut columns);
@@ -598,7 +599,7 @@ impl Cells {
             return Ok(None);
         }
         if self.texts > self.numbers + self.dates {
-            remarks.push(format!("The column {name} has texts and is left out."));
+            remarks.push(format!("The column {name} contains text and is left out."));
             return Ok(None);
         }
         if let Some((line, text)) = self.text {
@@ -640,7 +641,7 @@ impl RowsAre {
     }
 
     fn needed(self) -> String {
-        format!("a header with the columns' names and a row for each {} are needed", self.noun())
+        format!("a header with column names and a row for each {} are required", self.noun())
     }
 }
 

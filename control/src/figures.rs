@@ -126,7 +126,7 @@ pub static FIGURES: [&Figure; 11] = [
     &Figure {
         key: "travel",
         title: "Travel",
-        meaning: "How far the manipulated value moves in all",
+        meaning: "Total movement of the manipulated value",
         unit: Unit::ManipulatedValue,
         absent: "the manipulated value is NaN in some calls",
         needs: Needs::ManipulatedValue,
@@ -135,7 +135,7 @@ pub static FIGURES: [&Figure; 11] = [
     &Figure {
         key: "pulses",
         title: "Pulses",
-        meaning: "How many pulses begin, on all pulse outputs",
+        meaning: "Number of pulses that begin, on all pulse outputs",
         unit: Unit::One,
         absent: "there are no pulses",
         needs: Needs::Pulses,
@@ -146,7 +146,7 @@ pub static FIGURES: [&Figure; 11] = [
         title: "Recovery time",
         meaning: "From a disturbance until the process value stays within 2 % of the last setpoint step around the setpoint",
         unit: Unit::Seconds,
-        absent: "the process value does not come back",
+        absent: "the process value does not return to the setpoint",
         needs: Needs::Disturbance,
         of: |window| window.disturbed()?.recovery.clone(),
     },
@@ -425,7 +425,7 @@ impl<'a> Window<'a> {
         };
         let disturbed = disturbance.map(|(before, from)| {
             let before = before.iter().rev().find(|event| event.is_step());
-            let before = before.ok_or("no step comes before the disturbance, of whose height the band is a part");
+            let before = before.ok_or("no step precedes the disturbance to determine the width of the band");
             let half = before.map_err(str::to_string).and_then(|event| Step::new(&signals, event, given));
             Disturbed::new(&signals, from[0].calls.clone(), half.map(|step| BAND * step.height.abs()))
         });
@@ -615,7 +615,7 @@ impl Disturbed {
         let since = signals.times[since];
         if outside.is_some() && end - since < STAY * (end - begin) {
             let stayed = short(end - since);
-            return Err(format!("the process value has been in the band for {stayed} s only and may leave it again"));
+            return Err(format!("the process value has been in the band for only {stayed} s and may leave it again"));
         }
         Ok(since - begin)
     }
@@ -660,7 +660,7 @@ impl<'a> Step<'a> {
             return Err(NO_DEVIATION.into());
         }
         if height.abs() <= 1e-9 * setpoint.abs().max(start.abs()) {
-            return Err("the process value is at the new setpoint already".into());
+            return Err("the process value is already at the new setpoint".into());
         }
         Ok(Step {
             cause,
@@ -714,7 +714,7 @@ impl<'a> Step<'a> {
         if end - since < STAY * (end - begin) {
             let stayed = end - since;
             return Err(format!(
-                "the process value has been within {percent:.0} % of the step for {} s only and may leave it again",
+                "the process value has been within {percent:.0} % of the step for only {} s and may leave it again",
                 short(stayed)
             ));
         }

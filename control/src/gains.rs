@@ -165,7 +165,7 @@ impl Given<'_> {
     fn gain(&self, name: &str) -> Result<f64, String> {
         match self.find(name) {
             None => Err(format!("{name} is missing: {} needs it", self.form.name())),
-            Some(0.0) => Err(format!("{name} = 0 switches P, I and D off together: give another gain")),
+            Some(0.0) => Err(format!("{name} = 0 switches off P, I and D together: specify another gain")),
             Some(gain) => Ok(gain),
         }
     }
@@ -199,9 +199,9 @@ impl Given<'_> {
     /// Returns the lag given by Tf, or by N relative to the derivative time.
     fn relative_lag(&self, derivative_time: f64) -> Result<f64, String> {
         match (self.divisor("N")?, self.find("Tf")) {
-            (Some(_), Some(_)) => Err("N and Tf say the same: give one of them".into()),
+            (Some(_), Some(_)) => Err("N and Tf are alternatives: specify only one of them".into()),
             (Some(n), None) if derivative_time.is_finite() => Ok(derivative_time / n),
-            (Some(_), None) => Err("N is relative to Kd / Kp, and Kp is 0: give the time constant Tf instead".into()),
+            (Some(_), None) => Err("N is relative to Kd / Kp, and Kp is 0: specify Tf instead".into()),
             (None, _) => self.time("Tf"),
         }
     }
@@ -211,7 +211,7 @@ impl Given<'_> {
         match self.divisor("N")? {
             Some(n) => Ok(1.0 / n),
             None if derivative == 0.0 => Ok(0.0),
-            None => Err("N is missing: give the filter coefficient in 1/s; Simulink's default is 100".into()),
+            None => Err("N is missing: specify the filter coefficient in 1/s; Simulink's default is 100".into()),
         }
     }
 
@@ -289,7 +289,7 @@ impl Controller {
             [proportional, integral, derivative].into_iter().filter(|gain| *gain != 0.0).map(f64::signum).collect();
         if signs.windows(2).any(|pair| pair[0] != pair[1]) {
             return Err(format!(
-                "the gains {}, {} and {} of P, I and D have different signs: times are positive, so that one GAIN cannot \
+                "the gains {}, {} and {} of P, I and D have different signs: times are positive, so one GAIN cannot \
                  give both signs",
                 shown(proportional),
                 shown(integral),
@@ -330,7 +330,7 @@ impl Controller {
         let is_filtered = derivative != 0.0 && lag > 0.0;
         if derivative != 0.0 && lag == 0.0 && matches!(form, Form::Simulink | Form::SimulinkIdeal) {
             return Err(
-                "the D action has no filter, and Simulink's always has one: give a filter time above 0 s".into()
+                "the D action has no filter, and Simulink's always has one: specify a filter time above 0 s".into()
             );
         }
         // The numbers of an action that is off are meaningless.
@@ -400,7 +400,7 @@ impl Controller {
         };
         let numbers: Vec<_> = numbers.into_iter().flatten().collect();
         match numbers.iter().find(|(_, value)| !value.is_finite()) {
-            Some((name, _)) => Err(format!("{name} is beyond what can be computed: the gains differ too much")),
+            Some((name, _)) => Err(format!("{name} cannot be represented: the gains differ too much")),
             None => Ok(numbers),
         }
     }
@@ -466,8 +466,8 @@ impl Controller {
         }
         if !settings.p_sel {
             remarks.push(format!(
-                "there is no P action: P_SEL = FALSE switches it off, and GAIN = {} is chosen for TI and TD to make the \
-                 gains of I and D",
+                "there is no P action: P_SEL = FALSE switches it off, and GAIN = {} is chosen so that TI and TD yield \
+                 the gains of I and D",
                 settings.gain
             ));
         }
@@ -564,8 +564,8 @@ fn series(given: &Given) -> Result<Controller, String> {
     };
     if lag >= reset_time && derivative_time > 0.0 {
         return Err(format!(
-            "the filter of {} s is not faster than Ti = {} s: multiplied out, this series form has no positive D action, so \
-             that no times of a block give its response",
+            "the filter of {} s is not faster than Ti = {} s: multiplied out, this series form has no positive D \
+             action, so no settings of a block reproduce its response",
             shown(lag),
             shown(reset_time)
         ));

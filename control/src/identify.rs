@@ -175,7 +175,7 @@ pub fn identify(recorded: &Recorded, method: Method, is_integrating: bool) -> Re
         (Method::LeastSquares, false) => least_squares::lags(&step)?,
         (Method::Tangent, true) => methods::integrating_tangent(&step)?,
         (_, true) => {
-            bail!("{} needs a response that settles, but the plant integrates: take least squares", name(method))
+            bail!("{} needs a response that settles, but the plant integrates: use least squares", name(method))
         }
         (_, false) => {
             step.require_end(name(method))?;
@@ -247,14 +247,14 @@ pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     let table = CsvTable::read(text)?;
     let time = match time {
         Some(name) => table.find(name).with_context(|| format!("the file has no column {name}"))?,
-        None => table.time().context("the file has no column with a time that is known by its name: choose it")?,
+        None => table.time().context("the file has no column with a recognized time name: choose the time column")?,
     };
     let times = table.times(time)?;
     let column = |chosen: &Option<String>, what: &str, names: &[&str]| match chosen {
         Some(name) => table.column(name),
         None => table.called(names).with_context(|| {
             let columns: Vec<_> = table.columns.iter().take(12).map(|column| column.header.as_str()).collect();
-            format!("choose the column of the {what}: none of {} is called {}", columns.join(", "), names.join(", "))
+            format!("choose the {what} column: none of {} is called {}", columns.join(", "), names.join(", "))
         }),
     };
     let input = column(input, "manipulated value", &MANIPULATED_VALUES)?;
@@ -316,25 +316,26 @@ fn error(step: &Step, modelled: &[f64]) -> f64 {
 fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
     let Model { gain, time_constant, dead_time, is_integrating, .. } = model;
     if !(gain.is_finite() && gain != 0.0 && time_constant.is_finite() && dead_time.is_finite()) {
-        bail!("{} finds no model in this record: take another method", name(method));
+        bail!("{} finds no model for this record: use another method", name(method));
     }
     let modelled = response(step, &model);
     let fit = 100.0 * (1.0 - error(step, &modelled));
     if fit < LOWEST_FIT || fit.is_nan() {
         let other = match (method, is_integrating) {
-            (_, true) => "the plant may not integrate, or the record has more than a step in it",
-            (Method::LeastSquares, false) => "the plant may integrate, or the record has more than a step in it",
-            _ => "take least squares, or record a step of a plant at rest",
+            (_, true) => "the plant may not integrate, or the record contains more than one step",
+            (Method::LeastSquares, false) => "the plant may integrate, or the record contains more than one step",
+            _ => "use least squares, or record a step of a plant at rest",
         };
         bail!(
-            "the model fits by {fit:.1} % only, and {LOWEST_FIT} % is the least (gain {gain:.4}, time constant \
+            "the model fits by only {fit:.1} %; at least {LOWEST_FIT} % is required (gain {gain:.4}, time constant \
              {time_constant:.4} s, dead time {dead_time:.4} s): {other}"
         );
     }
     let mut remarks = step.remarks.clone();
     if fit < GOOD_FIT {
         remarks.push(format!(
-            "The model fits by {fit:.1} %: noise, or a plant of more than one lag. Compare the curves before you use it."
+            "The model fits by {fit:.1} %: there is noise, or the plant has more than one lag. Compare the curves \
+             before you use the model."
         ));
     }
     let interval = step.interval();

@@ -214,7 +214,8 @@ impl Schedule {
         let period = controller.own_period().unwrap_or(cycle).max(controller.sampling());
         if period > cycle * MOST_CALLS as f64 / 10.0 {
             bail!(
-                "the pulses have a period of {period} s and the block a CYCLE of {cycle} s: that takes too many calls"
+                "the pulses have a period of {period} s and the block a CYCLE of {cycle} s: the simulation would take \
+                 too many calls"
             );
         }
         let rest = 2 * calls(period).max(1);
@@ -418,13 +419,13 @@ impl<'a> Simulation<'a> {
         values: &Values,
         schedule: Schedule,
     ) -> Result<Simulation<'a>> {
-        let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is not known")?;
+        let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is unknown")?;
         let drawn = controller.roles.manipulated_value.as_ref();
         let terminal = Terminal::new(controller)?;
         let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
         let motor_time = controller.motor_time();
         if controller.is_step_controller() && motor_time.is_none() {
-            bail!("the motor time of the actuator is not known; give it");
+            bail!("the motor time of the actuator is unknown: specify it");
         }
         let gain = controller.roles.controller.first().and_then(|name| values.get(name));
         let usual = usual_height(request, gain);
@@ -433,10 +434,10 @@ impl<'a> Simulation<'a> {
         let band = request.band.unwrap_or(BAND * usual.abs());
         let manual = request.step.manual.unwrap_or(MANUAL);
         if height == 0.0 || ![height, level, manual].iter().all(|number| number.is_finite()) {
-            bail!("the step is {height} from {level}: it has to be a number other than 0");
+            bail!("the step is {height} from {level}: it must be a number other than 0");
         }
         if !(band > 0.0 && band.is_finite()) {
-            bail!("the band of the recovery is {band}: it has to be above 0");
+            bail!("the recovery band is {band}: it must be above 0");
         }
         let mut values = values.clone();
         values.insert(setpoint.clone(), Value::Number(level));
@@ -444,7 +445,7 @@ impl<'a> Simulation<'a> {
             let word = |value: f64| (value - offset) / factor;
             let range = f64::from(i16::MIN)..=f64::from(i16::MAX);
             if let Some(value) = [level, level + height].into_iter().find(|value| !range.contains(&word(*value))) {
-                bail!("a process value of {value} is beyond what {} can hold", terminal.name);
+                bail!("a process value of {value} is outside the range of {}", terminal.name);
             }
         }
         let plant = Plant {
@@ -610,7 +611,7 @@ impl Terminal {
         let switches: Vec<String> = self.switches.iter().map(state).collect();
         let name = &self.name;
         (!switches.is_empty())
-            .then(|| format!("Predicted with the process value at {name}, that is with {}.", switches.join(" and ")))
+            .then(|| format!("Predicted with the process value at {name}, that is, with {}.", switches.join(" and ")))
     }
 }
 
@@ -756,8 +757,8 @@ fn saturation(manipulated: &[f64], schedule: &Schedule, height: f64) -> Option<S
         });
     longest.map(|(limit, calls)| {
         format!(
-            "Predicted: at a setpoint step of {} the manipulated value stays at its limit of {} for {} s; a smaller \
-             step shows the loop without it.",
+            "Predicted: for a setpoint step of {}, the manipulated value stays at its limit of {} for {} s; a smaller \
+             step avoids the limit.",
             short(height),
             short(limit),
             short(schedule.time(calls))
@@ -850,7 +851,7 @@ pub fn output_factor(home: &dyn Fmus, controller: &Controller) -> Result<Option<
 fn word_scaling(home: &dyn Fmus, controller: &Controller, terminal: &Terminal) -> Result<(f64, f64)> {
     const COUNTS: f64 = 16384.0;
     let shown =
-        controller.roles.shown_process_value.as_ref().context("the process value that it computes is not known")?;
+        controller.roles.shown_process_value.as_ref().context("the process value that it computes is unknown")?;
     let calls = (controller.sampling() / controller.cycle()).ceil() as usize;
     let at = |word: f64| {
         let switches = terminal.switches.iter().map(|(name, is_on)| (name.as_str(), f64::from(u8::from(*is_on))));
@@ -861,7 +862,7 @@ fn word_scaling(home: &dyn Fmus, controller: &Controller, terminal: &Terminal) -
     };
     let (zero, some) = (at(0.0)?, at(COUNTS)?);
     if zero == some {
-        bail!("{} does not move {shown}", terminal.name);
+        bail!("{} does not affect {shown}", terminal.name);
     }
     Ok(((some - zero) / COUNTS, zero))
 }

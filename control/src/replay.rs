@@ -188,7 +188,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let table = table.with_context(|| format!("{fmu} is a foreign FMU: only a block with a table can be replayed"))?;
     let dialog = home.dialog(fmu, &table).with_context(|| fmu.clone())?;
     if request.tolerance.is_some_and(|tolerance| !(tolerance >= 0.0 && tolerance.is_finite())) {
-        bail!("the tolerance is {:?}: it has to be 0 or more", request.tolerance.unwrap_or_default());
+        bail!("the tolerance is {:?}: it must be 0 or more", request.tolerance.unwrap_or_default());
     }
     let csv = Csv::read(&request.text)?;
     let block = Block::new(home, &request.controller, &dialog)?;
@@ -212,8 +212,8 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let Reading { recording, base, suspects, is_late, is_rounded } = reading;
     if is_late {
         remarks.push(
-            "Each row has the outputs of the call before, as those of a loop with parallel exchange do: they are compared with that \
-             call."
+            "Each row holds the outputs of the previous call, as in a loop with parallel exchange: they are compared \
+             with that call."
                 .into(),
         );
     }
@@ -232,7 +232,8 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let end = recording.end.filter(|_| ends_without_call);
     if let Some(end) = end {
         remarks.push(format!(
-            "The last row (line {}) repeats the outputs of the row before it: it is the end of the run and no call.",
+            "The last row (line {}) repeats the outputs of the row before it: it marks the end of the run and is not a \
+             call.",
             recording.lines[end]
         ));
     }
@@ -471,15 +472,16 @@ fn explained(comparison: &Comparison, has_to_explain: bool) -> Result<(compare::
 fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<String> {
     match variant.beginning {
         Beginning::Restart if recording.says_restart => None,
-        Beginning::Restart => Some("The first row is taken as the restart, because the rest fits best then.".into()),
+        Beginning::Restart => Some("The first row is taken as the restart, because the rest then fits best.".into()),
         Beginning::Fresh => {
-            Some("The first row is taken as the first call after a restart, because the rest fits best then.".into())
+            Some("The first row is taken as the first call after a restart, because the rest then fits best.".into())
         }
         Beginning::Held => {
             let manipulated = block.roles.manipulated_value.as_deref().unwrap_or("the manipulated value");
             Some(format!(
-                "The earlier state is unknown, so the replay starts in manual at the recorded {manipulated} and switches to \
-                 automatic at row 2: what was added to {manipulated} all the time, such as an offset or a disturbance, is not seen."
+                "The earlier state is unknown, so the replay starts in manual mode at the recorded {manipulated} and \
+                 switches to automatic mode at row 2: a constant contribution to {manipulated}, such as an offset or a \
+                 disturbance, goes unnoticed."
             ))
         }
     }

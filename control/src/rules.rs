@@ -119,19 +119,19 @@ impl Model {
     pub fn check(&self) -> Result<()> {
         let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = *self;
         if gain == 0.0 || !gain.is_finite() {
-            bail!("the plant's gain is {gain}: it has to be a number other than 0");
+            bail!("the plant's gain is {gain}: it must be a number other than 0");
         }
         for (name, time) in
             [("time constant", time_constant), ("second time constant", second_time_constant), ("dead time", dead_time)]
         {
             if !(0.0..=1e9).contains(&time) {
-                bail!("the plant's {name} is {time} s: it has to be within 0 and 1e9 s");
+                bail!("the plant's {name} is {time} s: it must be between 0 and 1e9 s");
             }
         }
         if is_integrating && time_constant > 0.0 {
             bail!(
-                "the plant integrates and has a time constant of {time_constant} s: give it as the second time constant, \
-                 and 0 as the time constant"
+                "the plant integrates and has a time constant of {time_constant} s: enter it as the second time \
+                 constant, and 0 as the time constant"
             );
         }
         Ok(())
@@ -170,15 +170,12 @@ pub fn settings(
     if let Some(closed_loop) = closed_loop
         && !(closed_loop > 0.0 && closed_loop.is_finite())
     {
-        bail!("the closed loop's time constant is {closed_loop} s: it has to be above 0");
+        bail!("the closed-loop time constant is {closed_loop} s: it must be above 0");
     }
     let plain = model.without_second_lag();
     let needs_dead_time = !matches!(rule, Rule::ZieglerNicholsUltimate | Rule::Simc | Rule::Lambda);
     if needs_dead_time && plain.dead_time == 0.0 {
-        bail!(
-            "{} divides by the dead time, which is 0: take SIMC and choose the closed loop's time constant",
-            name(rule)
-        );
+        bail!("{} divides by the dead time, which is 0: use SIMC and choose the closed-loop time constant", name(rule));
     }
     let settings = match rule {
         Rule::ZieglerNicholsUltimate => by_ultimate(structure, model, ultimate)?,
@@ -188,7 +185,7 @@ pub fn settings(
         _ => by_slope(rule, structure, &plain)?,
     };
     if !(settings.gain.is_finite() && settings.gain != 0.0) {
-        bail!("{} gives a GAIN of {} for this plant: take AMIGO with PI", name(rule), settings.gain);
+        bail!("{} yields a GAIN of {} for this plant: use AMIGO with PI", name(rule), settings.gain);
     }
     Ok(settings)
 }
@@ -217,10 +214,10 @@ fn by_slope(rule: Rule, structure: Structure, model: &Model) -> Result<Settings>
     let (t, l) = (model.time_constant, model.dead_time);
     let is_for_setpoint = matches!(rule, Rule::ChrSetpoint0 | Rule::ChrSetpoint20);
     if model.is_integrating && is_for_setpoint {
-        bail!("{} needs a time constant, and the plant integrates: take SIMC or AMIGO", name(rule));
+        bail!("{} needs a time constant, and the plant integrates: use SIMC or AMIGO", name(rule));
     }
     if !model.is_integrating && t == 0.0 {
-        bail!("{} divides by the time constant, which is 0: take AMIGO with PI", name(rule));
+        bail!("{} divides by the time constant, which is 0: use AMIGO with PI", name(rule));
     }
     let a = if model.is_integrating { model.gain * l } else { model.gain * l / t };
     // The factors for P, PI and PID; TI for PI and PID; TD.
@@ -242,11 +239,11 @@ fn by_ultimate(structure: Structure, model: &Model, ultimate: Option<(f64, f64)>
     let (gain, period) = match ultimate {
         Some((gain, period)) if gain.is_finite() && gain != 0.0 && period > 0.0 && period.is_finite() => (gain, period),
         Some((gain, period)) => {
-            bail!("the ultimate gain is {gain} and the period {period} s: both have to be numbers other than 0")
+            bail!("the ultimate gain is {gain} and the period {period} s: both must be numbers other than 0")
         }
         None => match margins::ultimate(model) {
             Some((gain, period)) => (gain.copysign(model.gain), period),
-            None => bail!("the plant has no ultimate gain, since it has no dead time: take SIMC"),
+            None => bail!("the plant has no ultimate gain, since it has no dead time: use SIMC"),
         },
     };
     Ok(match structure {
@@ -261,20 +258,21 @@ fn simc(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result
         let Model { gain, time_constant: t, dead_time: l, .. } = *model;
         let slowness = closed_loop.unwrap_or(l) + l;
         if slowness == 0.0 {
-            bail!("SIMC divides by the dead time, which is 0: choose the closed loop's time constant");
+            bail!("SIMC divides by the dead time, which is 0: choose the closed-loop time constant");
         }
         if model.is_integrating {
             return Ok((1.0 / (gain * slowness), 4.0 * slowness));
         }
         if t == 0.0 {
             bail!(
-                "SIMC gives a pure I action for a plant without a lag, and GAIN multiplies all actions: take AMIGO with PI"
+                "SIMC yields pure I action for a plant without a lag, and GAIN multiplies all actions: use AMIGO with \
+                 PI"
             );
         }
         Ok((t / (gain * slowness), t.min(4.0 * slowness)))
     };
     match structure {
-        Structure::P => bail!("SIMC has no P controller: take Ziegler-Nichols (step) or CHR, or SIMC with PI"),
+        Structure::P => bail!("SIMC has no P controller: use Ziegler-Nichols (step) or CHR, or SIMC with PI"),
         Structure::Pi => pi(&model.without_second_lag()).map(|(gain, ti)| ideal(gain, Some(ti), None)),
         Structure::Pid => {
             let lags = [model.time_constant, model.second_time_constant];
@@ -282,7 +280,8 @@ fn simc(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result
                 if model.is_integrating { (0.0, lags[1]) } else { (lags[0].max(lags[1]), lags[0].min(lags[1])) };
             if fast == 0.0 {
                 bail!(
-                    "SIMC has a D action for a second lag only, and the model has none: take SIMC with PI, or AMIGO with PID"
+                    "SIMC uses D action only for a second lag, and the model has none: use SIMC with PI, or AMIGO with \
+                     PID"
                 );
             }
             let (gain, ti) = pi(&Model { time_constant: slow, second_time_constant: 0.0, ..*model })?;
@@ -325,11 +324,11 @@ fn paces(model: &Model) -> [f64; 2] {
 fn lambda(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result<Settings> {
     let Model { gain: k, time_constant: t, dead_time: l, is_integrating, .. } = *model;
     if structure != Structure::Pi {
-        bail!("lambda is a rule for PI: take PI, or AMIGO with PID");
+        bail!("lambda is a rule for PI: use PI, or AMIGO with PID");
     }
     let lambda = closed_loop.or(self::closed_loop(Rule::Lambda, model)).unwrap_or_default();
     if lambda + l == 0.0 {
-        bail!("lambda divides by the dead time, which is 0: choose the closed loop's time constant");
+        bail!("lambda divides by the dead time, which is 0: choose the closed-loop time constant");
     }
     if is_integrating {
         let ti = 2.0 * lambda + l;
@@ -337,7 +336,7 @@ fn lambda(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Resu
     }
     if t == 0.0 {
         bail!(
-            "lambda gives a pure I action for a plant without a lag, and GAIN multiplies all actions: take AMIGO with PI"
+            "lambda yields pure I action for a plant without a lag, and GAIN multiplies all actions: use AMIGO with PI"
         );
     }
     Ok(ideal(t / (k * (lambda + l)), Some(t), None))
@@ -346,7 +345,7 @@ fn lambda(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Resu
 fn amigo(structure: Structure, model: &Model) -> Result<Settings> {
     let Model { gain: k, time_constant: t, dead_time: l, is_integrating, .. } = *model;
     Ok(match structure {
-        Structure::P => bail!("AMIGO has no P controller: take Ziegler-Nichols (step) or CHR, or AMIGO with PI"),
+        Structure::P => bail!("AMIGO has no P controller: use Ziegler-Nichols (step) or CHR, or AMIGO with PI"),
         Structure::Pi if is_integrating => ideal(0.35 / (k * l), Some(13.35 * l), None),
         Structure::Pid if is_integrating => ideal(0.45 / (k * l), Some(8.0 * l), Some(0.5 * l)),
         Structure::Pi => {
@@ -355,7 +354,7 @@ fn amigo(structure: Structure, model: &Model) -> Result<Settings> {
         }
         Structure::Pid => {
             if t == 0.0 {
-                bail!("AMIGO with PID gives a TD of 0 for a plant without a lag: take AMIGO with PI");
+                bail!("AMIGO with PID yields a TD of 0 for a plant without a lag: use AMIGO with PI");
             }
             let ti = l * (0.4 * l + 0.8 * t) / (l + 0.1 * t);
             ideal((0.2 + 0.45 * t / l) / k, Some(ti), Some(0.5 * l * t / (0.3 * l + t)))

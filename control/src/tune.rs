@@ -245,7 +245,7 @@ impl Controller {
         let controller = Controller { member: member.clone(), table, roles, groups };
         let cycle = controller.cycle();
         if !(0.001..=LONGEST).contains(&cycle) {
-            bail!("the time between two calls is {cycle} s: it has to be a millisecond at least");
+            bail!("the time between two calls is {cycle} s: it must be at least one millisecond");
         }
         Ok(controller)
     }
@@ -340,15 +340,15 @@ impl Controller {
         let (fmu, actions) = (&self.member.fmu, self.roles.controller.len());
         match structure {
             Structure::P | Structure::Pid if self.is_step_controller() => {
-                bail!("{fmu} is a step controller, which has PI only: take PI")
+                bail!("{fmu} is a step controller, which has PI only: use PI")
             }
-            Structure::Pid if actions < 3 => bail!("{fmu} has no D action: take PI"),
-            Structure::Pi | Structure::Pid if actions < 2 => bail!("{fmu} has no I action: take P"),
+            Structure::Pid if actions < 3 => bail!("{fmu} has no D action: use PI"),
+            Structure::Pi | Structure::Pid if actions < 2 => bail!("{fmu} has no I action: use P"),
             Structure::P if actions > 1 && self.roles.structure.len() < 2 => {
-                bail!("the I action of {fmu} cannot be switched off: take PI")
+                bail!("the I action of {fmu} cannot be switched off: use PI")
             }
             Structure::Pi if actions > 2 && self.roles.structure.len() < 3 => {
-                bail!("the D action of {fmu} cannot be switched off: take PID")
+                bail!("the D action of {fmu} cannot be switched off: use PID")
             }
             _ => Ok(()),
         }
@@ -386,14 +386,15 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     let what = if has_period { "half of CYCLE and half of the pulses' period" } else { "half of CYCLE" };
     if added > request.model.dead_time {
         remarks.push(format!(
-            "The sampling costs more than the plant's dead time: {what} add {} s to {} s. A shorter one allows more GAIN.",
+            "Sampling adds more delay than the plant's dead time: {what} add {} s to {} s. Shorter times allow a \
+             higher GAIN.",
             short(added),
             short(rounded(request.model.dead_time, 3))
         ));
     }
     remarks.extend(half_rule(request, &model, what));
     if let Some(pace) = request.pace.filter(|pace| !(0.0..=1.0).contains(pace)) {
-        bail!("the pace is {pace}: it is from 0, calm, to 1, fast");
+        bail!("the pace is {pace}: it must be between 0, calm, and 1, fast");
     }
     let usual = rules::closed_loop(request.rule, &model);
     let paced = || request.pace.map(|pace| rules::paced(pace, &model));
@@ -411,7 +412,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     let factor = predict::output_factor(home, &controller)?.unwrap_or(1.0);
     if factor != 1.0 {
         remarks.push(format!(
-            "{} multiplies its manipulated value by {} at the end: GAIN is {} times what the rule gives.",
+            "{} finally multiplies its manipulated value by {}: GAIN is {} times the rule's value.",
             controller.member.fmu,
             short(factor),
             short(1.0 / factor)
@@ -434,7 +435,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
             predicted
         }
         Err(error) => {
-            remarks.push(format!("There is no predicted curve: {error:#}."));
+            remarks.push(format!("No curve can be predicted: {error:#}."));
             let all = ["overshoot", "settling", "travel", "deviation", "recovery", "iae"];
             absent.extend(all.map(|metric| (metric.to_string(), format!("{error:#}"))));
             Predicted::default()
@@ -463,7 +464,7 @@ pub(crate) fn unknown(margins: &Margins) -> BTreeMap<String, String> {
     let all = [
         ("sensitivity", margins.sensitivity, "the loop is unstable"),
         ("gain_margin", margins.gain_margin, no_gain),
-        ("phase_margin", margins.phase_margin, "the gain of the open loop is 1 at no frequency"),
+        ("phase_margin", margins.phase_margin, "the open-loop gain is not 1 at any frequency"),
     ];
     all.into_iter().filter(|(_, value, _)| value.is_none()).map(|(name, _, why)| (name.into(), why.into())).collect()
 }
@@ -509,7 +510,7 @@ pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
     let (slow, fast) = if heating.dead_time >= cooling.dead_time { (heating, cooling) } else { (cooling, heating) };
     if slow.dead_time > 1.5 * fast.dead_time {
         remarks.push(format!(
-            "The dead times differ, {} and {} s: the longer one is what the controller has to be tuned for.",
+            "The dead times differ, {} and {} s: tune the controller for the longer one.",
             heating.dead_time, cooling.dead_time
         ));
     }
@@ -527,8 +528,8 @@ fn half_rule(request: &TuneRequest, model: &Model, sampling: &str) -> Option<Str
     }
     let Model { time_constant, dead_time, .. } = model.without_second_lag();
     Some(format!(
-        "{} knows one lag: half of the smaller one counts as time constant and half as dead time, so that T = {} s and, with \
-         {sampling}, L = {} s. The margins are those of both lags.",
+        "{} supports only one lag: half of the smaller one counts as time constant and half as dead time, so that T = \
+         {} s and, with {sampling}, L = {} s. The margins take both lags into account.",
         rules::name(request.rule),
         short(rounded(time_constant, 4)),
         short(rounded(dead_time, 4))
@@ -547,13 +548,12 @@ fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<Strin
         if whole >= lowest {
             return Ok(whole);
         }
-        let advice = if place == 2 {
-            ": the D action is slower than the rule wants; PI, or a shorter CYCLE, is better"
-        } else {
-            ""
-        };
+        let advice =
+            if place == 2 { ": the D action is slower than the rule intends; use PI or a shorter CYCLE" } else { "" };
         let bound = if place == 2 { "the time between two calls" } else { "half the time between two calls" };
-        remarks.push(format!("{name} = {whole} s is below {bound}: the block uses {lowest} s, which is set{advice}."));
+        remarks.push(format!(
+            "{name} = {whole} s is below {bound}: the block uses {lowest} s, so this value is set{advice}."
+        ));
         Ok((lowest * 1000.0).ceil() / 1000.0)
     };
     let ti = ideal.ti.map(|ti| time(1, ti, sampling / 2.0, remarks)).transpose()?;
@@ -564,10 +564,10 @@ fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<Strin
 
 fn robustness(margins: &margins::Margins) -> Option<String> {
     match margins.sensitivity {
-        None => Some("The loop would be unstable with these settings: take another rule.".into()),
+        None => Some("The loop would be unstable with these settings: use another rule.".into()),
         Some(sensitivity) if sensitivity > USUAL_SENSITIVITY => Some(format!(
-            "Ms = {sensitivity:.2}: the loop overshoots and has little room for a plant that changes; {USUAL_SENSITIVITY} and less is \
-             usual."
+            "Ms = {sensitivity:.2}: the loop overshoots and tolerates little change in the plant; {USUAL_SENSITIVITY} \
+             or less is usual."
         )),
         Some(_) => None,
     }
@@ -592,7 +592,7 @@ fn nervousness(
              input.{}",
             short(settings.gain),
             short(rounded(whole, 2)),
-            if has_speed { " A larger λ gives a smaller one." } else { "" }
+            if has_speed { " A larger λ results in a lower gain." } else { "" }
         )
     })
 }
@@ -605,8 +605,8 @@ fn crossing(controller: &Controller, predicted: &Predicted) -> Option<String> {
     let is_crossed = (-lowest).min(highest) > CROSSED * (highest - lowest);
     (controller.value(low) < 0.0 && is_crossed).then(|| {
         format!(
-            "In this step the manipulated value goes from {} to {}: a plant that answers otherwise below 0, such as one that is heated \
-             and cooled, does not do what is predicted with one model.",
+            "In this step, the manipulated value goes from {} to {}: a plant that responds differently below 0, such \
+             as one that is heated and cooled, does not follow a prediction based on one model.",
             short(rounded(highest, 2)),
             short(rounded(lowest, 2))
         )
@@ -628,8 +628,8 @@ fn coarseness(controller: &Controller, request: &TuneRequest) -> Option<String> 
     let (pulse, dead_band) = (controller.roles.shortest_pulse.as_ref()?, controller.roles.dead_band.as_ref()?);
     (controller.value(dead_band) < moved / 2.0).then(|| {
         format!(
-            "The shortest pulse of {} s moves the process value by {}, and {dead_band} = {} is less than half of it: the loop \
-             will not rest. Shorten {pulse} or CYCLE, or set {dead_band} to {}.",
+            "The shortest pulse of {} s moves the process value by {}, and {dead_band} = {} is less than half of it: \
+             the loop will not come to rest. Shorten {pulse} or CYCLE, or set {dead_band} to {}.",
             short(seconds),
             short(moved),
             short(controller.value(dead_band)),
@@ -651,8 +651,9 @@ fn looseness(controller: &Controller, request: &TuneRequest, predicted: &Predict
     let half_a_pulse = || format!(" plus half of what the shortest pulse moves ({})", number(pulse));
     (width > 0.0 && reach > band).then(|| {
         format!(
-            "{name} = {}{} is wider than the band of {} to both sides in which this step counts as settled: the process value can \
-             stay anywhere in it, and a run settles earlier or later than predicted. A step of more than {} tells the settling time.",
+            "{name} = {}{} is wider than the band of {} on either side of the setpoint in which this step counts as \
+             settled: the process value can stay anywhere in it, and a run settles earlier or later than predicted. A \
+             step of more than {} shows the settling time.",
             short(width),
             if pulse > 0.0 { half_a_pulse() } else { String::new() },
             number(band),

@@ -89,14 +89,14 @@ fn a_column_of_a_variable_has_a_number_for_each_loop() {
         ),
         (
             "tag,P.RISE\nTIC1,1\nTIC2\n",
-            "loops.csv:3:1: the line has 1 values, and the header has 2 columns: complete the row, or remove it",
+            "loops.csv:3:1: the line has 1 values, but the header has 2 columns: complete the row, or remove it",
         ),
     ] {
         assert_eq!(fault(text), expected, "{text}");
     }
     assert_eq!(
         format!("{:#}", CsvTable::of_loops("P.GAIN\n").unwrap_err()),
-        "the file has a header and no rows of values: a row for each loop is needed"
+        "the file has a header but no rows of values: a row for each loop is needed"
     );
 }
 
@@ -177,18 +177,18 @@ fn errors_name_line_and_column() {
         error("time,PV\n0,1\n1,2\n2,12a\n"),
         "line 4, column 2 (PV): \"12a\" is neither a number nor TRUE or FALSE nor a date; correct it, or leave the cell empty"
     );
-    assert!(error("time,PV\n0,1\n1,2,5\n2,3\n").starts_with("line 3 has 3 values, and the header has 2 columns"));
-    assert!(error("time,PV,SP\n0,1,2\n1,2\n2,3,4\n").starts_with("line 3 has 2 values, and the header has 3 columns"));
+    assert!(error("time,PV\n0,1\n1,2,5\n2,3\n").starts_with("line 3 has 3 values, but the header has 2 columns"));
+    assert!(error("time,PV,SP\n0,1,2\n1,2\n2,3,4\n").starts_with("line 3 has 2 values, but the header has 3 columns"));
     assert_eq!(
         error("PK\u{3}\u{4}\u{14}time,PV\n0,1\n"),
-        "the file is not a text, it has the character '\\u{3}': export the recording as CSV"
+        "the file is not text: it contains the character '\\u{3}'; export the recording as CSV"
     );
     assert_eq!(read("time,PV\n0,1\n1,2\n\u{1a}").rows(), 2);
     assert!(error("").contains("empty"));
     assert!(error("# only a comment").contains("no rows"));
     assert!(error("time,PV\n").contains("no rows of values"));
     let back = read("time,PV\n0,1\n2,1\n1,1\n");
-    assert!(format!("{:#}", back.times(0).unwrap_err()).starts_with("line 4, column time: the time goes back"));
+    assert!(format!("{:#}", back.times(0).unwrap_err()).starts_with("line 4, column time: the time decreases"));
     assert!(format!("{:#}", back.column("PW").unwrap_err()).contains("did you mean PV?"));
 }
 
@@ -223,11 +223,11 @@ fn columns_of_texts_and_lines_above_the_header_are_left_out() {
     let table = read("Trend export\nLine 3\ntime;PV;quality;\n0;1;Good;\n1;2;Good;\n2;2;Bad;\n");
     let names: Vec<_> = table.columns.iter().map(|column| column.name.as_str()).collect();
     assert_eq!(names, ["time", "PV"]);
-    assert_eq!(table.remarks, ["The column quality has texts and is left out."]);
+    assert_eq!(table.remarks, ["The column quality contains text and is left out."]);
     assert_eq!(table.lines, [4, 5, 6]);
     assert_eq!(
         error("Trend export\n0;1\n1;2\n"),
-        "line 2 has values, and no line before it names them: write a header above it, such as time;SP;PV;LMN"
+        "line 2 has values but no header line above it: add one, such as time;SP;PV;LMN"
     );
     let table = read("# time,PV\n0,1\n1,2\n");
     assert_eq!(table.columns[1].name, "PV");

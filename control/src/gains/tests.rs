@@ -185,7 +185,7 @@ fn what_no_block_computes_is_refused_with_its_reason() {
     assert_eq!(refused(Form::Ideal, &[("Ti", 20.0)]), "Kp is missing: ideal needs it");
     assert_eq!(
         refused(Form::TwinCat, &[("fKp", 0.0), ("tTn", 20.0)]),
-        "fKp = 0 switches P, I and D off together: give another gain"
+        "fKp = 0 switches off P, I and D together: specify another gain"
     );
     assert_eq!(
         refused(Form::Ideal, &[("Kp", 2.0), ("Ti", 0.0)]),
@@ -198,7 +198,7 @@ fn what_no_block_computes_is_refused_with_its_reason() {
     assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("Td", 1.0), ("N", 0.0)]), "N = 0 is not above 0");
     assert_eq!(
         refused(Form::Ideal, &[("Kp", 1.0), ("Td", 1.0), ("N", 5.0), ("Tf", 0.2)]),
-        "N and Tf say the same: give one of them"
+        "N and Tf are alternatives: specify only one of them"
     );
     assert!(refused(Form::Parallel, &[("Kd", 1.0), ("N", 5.0)]).starts_with("N is relative to Kd / Kp, and Kp is 0"));
     assert!(refused(Form::Simulink, &[("P", 1.0), ("D", 1.0)]).starts_with("N is missing"));

@@ -41,7 +41,7 @@ fn lag(samples: &Samples, step: &Step) -> Result<Model> {
         |dead_time: f64| samples.solve(step, dead_time).map_or(f64::INFINITY, |model| samples.error(step, &model));
     let dead_time = search(longest, missed);
     let model = samples.solve(step, dead_time).context(
-        "no lag with dead time fits this record: the plant may integrate, or the record has more than a step in it",
+        "no lag with dead time fits this record: the plant may integrate, or the record contains more than one step",
     )?;
     Ok(improved(samples.compared(step), Shape::Lag, model))
 }
@@ -135,8 +135,8 @@ pub(super) fn completeness(step: &Step, model: &Model) -> Result<Option<String>>
     let percent = shown * 100.0;
     if shown < SHOWN {
         bail!(
-            "the record is too short: it shows {percent:.0} % of the response that the model predicts (time constant {:.4} s), and {:.0} % \
-             is the least: record longer, or choose an integrating plant",
+            "the record is too short: it shows {percent:.0} % of the response that the model predicts (time constant \
+             {:.4} s); at least {:.0} % is required: record longer, or choose an integrating plant",
             model.time_constant,
             SHOWN * 100.0
         );

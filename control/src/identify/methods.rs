@@ -23,7 +23,7 @@ fn parts() -> [f64; 2] {
 
 /// Identifies a lag from the times at which 28 % and 63 % of the response are reached.
 pub(super) fn two_points(step: &Step) -> Result<Model> {
-    let missing = "the answer does not pass 28 % and 63 % of its way";
+    let missing = "the response does not pass 28 % and 63 % of its final value";
     let [first, second] = parts().map(|part| step.reaches(part).context(missing));
     let (first, second) = (first?, second?);
     let time_constant = 1.5 * (second - first);

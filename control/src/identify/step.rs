@@ -70,7 +70,7 @@ impl Step {
         let duration = times[times.len() - 1] - start;
         if times.len() - found.first < FEWEST {
             bail!(
-                "there are only {} samples after the step of the manipulated value at {} s: record at least {FEWEST}",
+                "only {} samples follow the step of the manipulated value at {} s: record at least {FEWEST}",
                 times.len() - found.first,
                 short(start)
             );
@@ -92,16 +92,17 @@ impl Step {
             remarks: Vec::new(),
         };
         if let Some((_, period)) = means {
-            step.remarks
-                .push(format!("The manipulated value consists of pulses: its means over {} s count.", short(period)));
+            step.remarks.push(format!(
+                "The manipulated value consists of pulses: its means over {} s are used.",
+                short(period)
+            ));
         }
         step.require_answer(&output[begin..])?;
         step.consider_rest(&resting, is_integrating)?;
         step.require_room()?;
         if found.first - begin < 2 {
             step.remarks.push(
-                "There is almost nothing recorded before the step: the process value is taken to have been at rest."
-                    .into(),
+                "Almost nothing is recorded before the step: the process value is assumed to have been at rest.".into(),
             );
         }
         Ok(step)
@@ -194,8 +195,8 @@ impl Step {
         let unrest = self.unrest();
         if unrest > SETTLED {
             bail!(
-                "the process value still moves at the end of the record, by {:.1} % of its answer in the last fifth, and \
-                 {method} needs the level where it ends: record longer, take least squares, or choose an integrating plant",
+                "the process value still moves at the end of the record, by {:.1} % of its response in the last fifth, \
+                 and {method} needs its final level: record longer, use least squares, or choose an integrating plant",
                 unrest * 100.0
             );
         }
@@ -219,8 +220,8 @@ impl Step {
         }
         if self.noise > 0.0 && largest.abs() < ABOVE_NOISE * self.noise {
             bail!(
-                "the process value has moved by {:.4} only, less than {ABOVE_NOISE} times its noise of {:.4}: make a larger step, \
-                 or record longer",
+                "the process value has moved by only {:.4}, less than {ABOVE_NOISE} times its noise of {:.4}: make a \
+                 larger step, or record longer",
                 largest.abs(),
                 self.noise
             );
@@ -228,8 +229,8 @@ impl Step {
         let count = resolution(output);
         if largest.abs() < COUNTS * count {
             bail!(
-                "the process value has moved by {:.4}, which is {:.0} times its smallest change of {count:.4}: make a step at least \
-                 {:.0} times as large",
+                "the process value has moved by {:.4}, which is only {:.0} times its smallest change of {count:.4}: \
+                 make a step at least {:.0} times as large",
                 largest.abs(),
                 largest.abs() / count,
                 (COUNTS * count / largest.abs()).ceil()
@@ -250,7 +251,8 @@ impl Step {
             self.take_off(resting);
             if drift.abs() * whole > SETTLED * answer.abs() {
                 self.remarks.push(format!(
-                    "The process value was moving by {drift:.4} per second before the step; the change of its slope counts."
+                    "The process value was moving by {drift:.4} per second before the step; the change in its slope is \
+                     used."
                 ));
             }
             return Ok(());
@@ -262,18 +264,19 @@ impl Step {
         if goes_on && (drift * whole).abs() > SETTLED * (answer - drift * whole).abs() {
             if (drift * whole).abs() > (answer - drift * whole).abs() {
                 bail!(
-                    "the process value drifts by {drift:.4} per second, over the record by more than the answer to the step: \
-                     wait until it is at rest, or make a larger step"
+                    "the process value drifts by {drift:.4} per second, which over the record exceeds the response to \
+                     the step: wait until it is at rest, or make a larger step"
                 );
             }
             self.take_off(resting);
             self.remarks.push(format!(
-                "The process value drifts by {drift:.4} per second before and after the step; the drift is taken off."
+                "The process value drifts by {drift:.4} per second before and after the step; the drift has been \
+                 subtracted."
             ));
         } else if left.abs() > AT_REST && !goes_on {
             bail!(
-                "the process value was not at rest before the step: it moved by {drift:.4} per second, which is {:.0} % of the \
-                 answer in the time that the answer takes: wait until it is at rest, then make the step",
+                "the process value was not at rest before the step: it moved by {drift:.4} per second, which is {:.0} \
+                 % of the response over the duration of the response: wait until it is at rest, then make the step",
                 left.abs() * 100.0
             );
         } else if left.abs() > AT_REST / 5.0 {
@@ -389,14 +392,14 @@ fn check(recorded: &Recorded) -> Result<()> {
     let Recorded { times, input, output } = *recorded;
     if times.len() != input.len() || times.len() != output.len() {
         bail!(
-            "{} times, {} manipulated values and {} process values: there has to be one of each for every sample",
+            "{} times, {} manipulated values and {} process values: every sample needs one of each",
             times.len(),
             input.len(),
             output.len()
         );
     }
     if times.len() < FEWEST {
-        bail!("there are only {} samples: record at least {FEWEST} after the step", times.len());
+        bail!("the record has only {} samples: record at least {FEWEST} after the step", times.len());
     }
     if let Some(at) =
         (0..times.len()).find(|at| ![times[*at], input[*at], output[*at]].iter().all(|value| value.is_finite()))
@@ -404,7 +407,7 @@ fn check(recorded: &Recorded) -> Result<()> {
         bail!("sample {at} at {} s has a value that is not a number: choose another part of the record", times[at]);
     }
     if let Some(at) = (1..times.len()).find(|at| times[*at] <= times[at - 1]) {
-        bail!("the time goes from {} s to {} s: it has to rise from sample to sample", times[at - 1], times[at]);
+        bail!("the time goes from {} s to {} s: it must increase from sample to sample", times[at - 1], times[at]);
     }
     Ok(())
 }
@@ -415,15 +418,15 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     let span = high - low;
     if span <= 1e-12 * low.abs().max(high.abs()) {
         bail!(
-            "no step found: the manipulated value is {low} all the time; change it once in manual mode while it is recorded"
+            "no step found: the manipulated value is {low} all the time; change it once in manual mode while recording"
         );
     }
     let threshold = (STEP * span).max(10.0 * typical_change(input));
     let changes: Vec<usize> = (1..input.len()).filter(|at| (input[*at] - input[at - 1]).abs() > threshold).collect();
     let Some(last) = changes.last().copied() else {
         bail!(
-            "no step found: the manipulated value goes from {low} to {high}, but never by more than {:.1} % of that in one \
-             sample; change it at once, in manual mode",
+            "no step found: the manipulated value goes from {low} to {high}, but never by more than {:.1} % of that in \
+             one sample; change it in a single step, in manual mode",
             threshold / span * 100.0
         );
     };
@@ -449,7 +452,7 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
         let (begin, finish) = (mean(&values[..third]), mean(&values[values.len() - third..]));
         if (finish - begin).abs() > FLAT * height {
             bail!(
-                "the manipulated value is not constant {when} the step at {} s, it goes from {begin:.4} to \
+                "the manipulated value is not constant {when} the step at {} s: it goes from {begin:.4} to \
                  {finish:.4}: make the step in manual mode",
                 short(start)
             );

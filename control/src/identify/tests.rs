@@ -417,7 +417,7 @@ fn an_integrating_plant_has_a_slope_and_a_dead_time() {
     let found = noisy.identify(Method::LeastSquares, true).unwrap().model;
     assert!((found.gain / 0.05 - 1.0).abs() < 0.02 && (found.dead_time - 4.0).abs() < 0.5, "{found:?}");
     let error = format!("{:#}", noisy.identify(Method::TwoPoints, true).unwrap_err());
-    assert!(error.ends_with("take least squares"), "{error}");
+    assert!(error.ends_with("use least squares"), "{error}");
 }
 
 #[test]
@@ -452,7 +452,7 @@ fn a_plant_of_the_wrong_kind_is_refused_with_the_fit() {
     assert!(error.contains("integrat"), "{error}");
     let record = Record::new(lag(2.0, 3.0, 0.0), 10.0, 0.1, 100.0);
     let error = format!("{:#}", record.identify(Method::LeastSquares, true).unwrap_err());
-    assert!(error.contains("% only, and 60 % is the least") && error.contains("may not integrate"), "{error}");
+    assert!(error.contains("%; at least 60 % is required") && error.contains("may not integrate"), "{error}");
 }
 
 #[test]
@@ -504,7 +504,7 @@ fn pulses_count_by_their_means() {
         let identified = record.identify(Method::LeastSquares, false).unwrap();
         // A pulse is at the beginning of its period: it acts up to half a period earlier than its mean.
         assert_found(&identified, &model, 0.05, &format!("{before} {after}"));
-        assert_eq!(identified.remarks, ["The manipulated value consists of pulses: its means over 1 s count."]);
+        assert_eq!(identified.remarks, ["The manipulated value consists of pulses: its means over 1 s are used."]);
     }
 }
 
@@ -514,11 +514,11 @@ fn a_record_that_is_too_short_says_by_how_much() {
     let error = Record::new(model, 10.0, 0.1, 2.5).error(Method::LeastSquares);
     assert!(error.starts_with("the process value has not moved in the 2.5"), "{error}");
     let error = Record::new(model, 10.0, 0.1, 25.0).error(Method::Area);
-    assert!(error.contains("% of its answer in the last fifth"), "{error}");
+    assert!(error.contains("% of its response in the last fifth"), "{error}");
     let error = Record::new(model, 10.0, 0.1, 5.0).error(Method::LeastSquares);
     assert!(error.starts_with("the record is too short: it shows 18 % of the response"), "{error}");
     let error = Record::new(model, 10.0, 0.1, 0.5).error(Method::LeastSquares);
-    assert!(error.starts_with("there are only 6 samples after the step"), "{error}");
+    assert!(error.starts_with("only 6 samples follow the step"), "{error}");
 }
 
 #[test]
@@ -528,7 +528,7 @@ fn an_answer_that_drowns_in_noise_or_counts_is_refused() {
     assert!(error.contains("times its noise of 0.") && error.contains("make a larger step"), "{error}");
     let error = Record::new(model, 1.0, 0.1, 100.0).with(|_, value| (value / 0.25).round() * 0.25).error(Method::Area);
     assert!(
-        error.contains("which is 8 times its smallest change of 0.2500: make a step at least 3 times as large"),
+        error.contains("which is only 8 times its smallest change of 0.2500: make a step at least 3 times as large"),
         "{error}"
     );
 }
@@ -607,7 +607,7 @@ fn a_csv_file_of_the_plant_is_read_by_its_columns() {
     let message = error(data(None, None));
     assert!(
         message.starts_with(
-            "choose the column of the manipulated value: none of Zeit [s], Ventil [%], Temperatur [degC] is called LMN, MV"
+            "choose the manipulated value column: none of Zeit [s], Ventil [%], Temperatur [degC] is called LMN, MV"
         ),
         "{message}"
     );

@@ -306,8 +306,8 @@ impl Recording {
         let mut values: Vec<f64> = of.values.iter().map(scaled).collect();
         let is_input = variable.role.is_settable();
         remarks.extend(of.missing(0..values.len(), &csv.lines).map(|missing| {
-            let instead = if is_input { "the value before it counts" } else { "nothing is compared there" };
-            format!("{missing}: {instead}. Complete the file, or cut the rows out.")
+            let instead = if is_input { "the previous value is used" } else { "nothing is compared there" };
+            format!("{missing}: {instead}. Complete the file, or remove the rows.")
         }));
         if is_input {
             let mut before = block.settings[row];
@@ -331,7 +331,7 @@ impl Recording {
         let is_setting = is_input && variable.role != Role::Input;
         if is_setting && changes > 0 {
             let counts = match is_tunable {
-                true => "its values there count",
+                true => "the recorded values are used",
                 false => "it is fixed in a running block, so its first value is used",
             };
             remarks.push(format!("{name} changes in the recording: {counts}."));
@@ -388,15 +388,15 @@ impl Recording {
         let (columns, name) = (columns.join(", "), &block.table.name);
         if self.outputs.is_empty() {
             bail!(
-                "none of the columns ({columns}) is an output of {name} ({} ...), so nothing can be compared: name the columns \
-                 so, or choose which is which",
+                "none of the columns ({columns}) is an output of {name} ({} ...), so nothing can be compared: rename \
+                 or assign the columns",
                 names(|role| role == Role::Output)
             );
         }
         if self.inputs.is_empty() {
             bail!(
-                "none of the columns ({columns}) is an input of {name} ({} ...), so nothing can be replayed: name the columns so, \
-                 or choose which is which",
+                "none of the columns ({columns}) is an input of {name} ({} ...), so nothing can be replayed: rename or \
+                 assign the columns",
                 names(|role| role == Role::Input)
             );
         }
@@ -419,7 +419,7 @@ impl Recording {
             && !has(self, word)
         {
             remarks.push(format!(
-                "{} is TRUE, and the recording has the process value at {}: it is replayed with FALSE.",
+                "{} is TRUE, but the recording has the process value at {}: the replay uses FALSE.",
                 block.table.rows[switch].name, block.table.rows[terminal].name
             ));
             self.inputs.push(self.constant(block, switch, 0.0));
@@ -431,7 +431,7 @@ impl Recording {
             && let Some(output) = block.manipulated(self)
         {
             let (name, from) = (&block.table.rows[manual].name, &self.outputs[output].name);
-            remarks.push(format!("The recording has no {name}: in manual it is the recorded {from}."));
+            remarks.push(format!("The recording has no {name}: in manual mode, the recorded {from} is used."));
             let mut signal = self.constant(block, manual, 0.0);
             let mut before = block.settings[manual];
             signal.values.clone_from(&self.outputs[output].values);
@@ -450,7 +450,7 @@ impl Recording {
             let is_other_way = Some(row) == terminal && block.peripheral().is_some_and(|(word, _)| has(self, word));
             if !has(self, row) && !is_other_way {
                 let name = &block.table.rows[row].name;
-                remarks.push(format!("The recording has no {name}: it is {} all the time.", block.settings[row]));
+                remarks.push(format!("The recording has no {name}: a constant {} is used.", block.settings[row]));
             }
         }
     }
@@ -495,7 +495,7 @@ impl Recording {
             let (scale, unit) = if far(1e-3) < far(1.0) { (1000.0, "milliseconds") } else { (1.0, "seconds") };
             self.times = values.iter().map(|value| value / scale).collect();
             if scale != 1.0 {
-                remarks.push(format!("The column {} is taken as {unit}.", csv.columns[time].name));
+                remarks.push(format!("The column {} is read as {unit}.", csv.columns[time].name));
             }
         }
         let spacing = step(&self.times);
@@ -506,8 +506,8 @@ impl Recording {
             self.between = self.rows_between_calls(ratio as usize).filter(|_| is_whole).unwrap_or_default();
             if !self.between.is_empty() {
                 remarks.push(format!(
-                    "The rows are {} s apart, and the outputs change in each {} row only, as of a block that is called every {} s: \
-                     the rows between count as no calls.",
+                    "The rows are {} s apart, and the outputs change only in every {} row, like those of a block \
+                     called every {} s: the rows in between are not calls.",
                     short(spacing),
                     ordinal(ratio as usize),
                     short(cycle)
@@ -515,7 +515,7 @@ impl Recording {
             } else if (spacing / cycle - 1.0).abs() > 0.02 {
                 self.is_coarse = spacing > COARSE * cycle;
                 remarks.push(format!(
-                    "Most rows are {} s apart, and the block is called every {} s: each row counts as one call.",
+                    "Most rows are {} s apart, but the block is called every {} s: each row counts as one call.",
                     short(spacing),
                     short(cycle)
                 ));
@@ -524,7 +524,7 @@ impl Recording {
             if let Some(row) = gap {
                 let gaps = self.times.windows(2).filter(|pair| pair[1] - pair[0] > 1.6 * spacing).count();
                 remarks.push(format!(
-                    "{gaps} {} longer than the others, the first after line {} ({} s): rows are missing, or calls.",
+                    "{gaps} {} longer than the others, the first after line {} ({} s): rows or calls are missing.",
                     if gaps == 1 { "step of the time is" } else { "steps of the time are" },
                     self.lines[row],
                     short(self.times[row])

@@ -103,7 +103,7 @@ impl Outcome {
             .collect();
         (!shown.is_empty()).then(|| {
             format!(
-                "The measured values are rounded to the digits of the recording, which alone may move {}: \
+                "The measured values are rounded to the digits of the recording, which alone may change {}: \
                  differences of this size are accepted.",
                 shown.join(", ")
             )

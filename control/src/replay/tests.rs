@@ -85,7 +85,7 @@ fn a_setting_of_another_member_is_none_of_the_loop_and_one_that_changes_counts_a
     }
     let replayed = run(&request(text.clone()));
     assert!(is_exact(&replayed) && replayed.settings.is_empty(), "{replayed:?}");
-    assert!(says(&replayed, "HIGH changes in the recording: its values there count."), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "HIGH changes in the recording: the recorded values are used."), "{:?}", replayed.remarks);
     // It ends with another value than the loop has: equal is what the recording's values give, not those in force.
     let moving = |high: f64| {
         let [first, last, before] = [100.0, 10.0, high].map(Value::Number);
@@ -152,7 +152,7 @@ fn rows_with_the_outputs_of_the_call_before_are_found_though_the_end_of_the_reco
     // From call 39 on, in row 40, something is different that the recording does not have; the last row has the output of call 58.
     rows[40..].iter_mut().for_each(|row| row.3 += 5.0);
     let replayed = run(&request(text("time,SP,PV,OUT", &rows)));
-    assert!(says(&replayed, "Each row has the outputs of the call before"), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "Each row holds the outputs of the previous call"), "{:?}", replayed.remarks);
     let out = &replayed.outputs[0];
     assert_eq!((out.first, out.different), (Some((39, 19.5)), 20));
     assert!((out.largest - 5.0).abs() < 1e-5, "{}", out.largest);
@@ -362,9 +362,9 @@ fn missing_values_are_held_and_not_compared_and_it_is_said_where_they_are() {
     assert!(is_exact(&replayed), "{replayed:?}");
     // Of 40 rows behind the header, 1, 7, 10 ... 37 have no setpoint.
     for remark in [
-        "Line 3, column SP: no value (nor in 11 rows after it): the value before it counts. Complete the file, or cut \
-         the rows out.",
-        "Line 22, column OUT: no value: nothing is compared there. Complete the file, or cut the rows out.",
+        "Line 3, column SP: no value (nor in 11 rows after it): the previous value is used. Complete the file, or \
+         remove the rows.",
+        "Line 22, column OUT: no value: nothing is compared there. Complete the file, or remove the rows.",
     ] {
         assert!(says(&replayed, remark), "{:?}", replayed.remarks);
     }
@@ -374,12 +374,12 @@ fn missing_values_are_held_and_not_compared_and_it_is_said_where_they_are() {
 fn what_the_recording_lacks_is_said() {
     let rows = recorded(20);
     let replayed = run(&request(text("x,SP,quality,OUT", &rows)));
-    assert!(says(&replayed, "The recording has no PV_IN: it is 0 all the time."), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "The recording has no PV_IN: a constant 0 is used."), "{:?}", replayed.remarks);
     assert!(says(&replayed, "x, quality are not variables of PID"), "{:?}", replayed.remarks);
     assert!(says(&replayed, "The recording has no time: each row is a call."), "{:?}", replayed.remarks);
     let slow: Vec<_> = rows.iter().map(|row| (row.0 * 20.0, row.1, row.2, row.3)).collect();
     let replayed = run(&request(text("time [s],SP,PV,OUT", &slow)));
-    assert!(says(&replayed, "Most rows are 10 s apart, and the block is called every 0.5 s"), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "Most rows are 10 s apart, but the block is called every 0.5 s"), "{:?}", replayed.remarks);
 }
 
 #[test]

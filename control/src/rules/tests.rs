@@ -108,7 +108,7 @@ fn a_plant_that_falls_when_the_manipulated_value_rises_needs_a_negative_gain() {
 fn simc_takes_the_time_constant_that_is_chosen_for_the_closed_loop() {
     let of = |closed_loop| settings(Rule::Simc, Structure::Pi, &lag(2.0, 10.0, 1.0), Some(closed_loop), None);
     assert_eq!(of(4.0).unwrap(), Settings { gain: 1.0, ti: Some(10.0), td: None, tm_lag: 0.0 });
-    assert!(format!("{:#}", of(-1.0).unwrap_err()).contains("it has to be above 0"));
+    assert!(format!("{:#}", of(-1.0).unwrap_err()).contains("it must be above 0"));
 }
 
 #[test]
@@ -140,44 +140,45 @@ fn a_rule_without_a_formula_names_one_that_has() {
             Rule::ChrSetpoint0,
             Pi,
             &integrator,
-            "CHR (setpoint, 0 %) needs a time constant, and the plant integrates: take SIMC or AMIGO",
+            "CHR (setpoint, 0 %) needs a time constant, and the plant integrates: use SIMC or AMIGO",
         ),
-        (Rule::Simc, P, &first_order, "SIMC has no P controller: take Ziegler-Nichols (step) or CHR, or SIMC with PI"),
+        (Rule::Simc, P, &first_order, "SIMC has no P controller: use Ziegler-Nichols (step) or CHR, or SIMC with PI"),
         (
             Rule::Amigo,
             P,
             &first_order,
-            "AMIGO has no P controller: take Ziegler-Nichols (step) or CHR, or AMIGO with PI",
+            "AMIGO has no P controller: use Ziegler-Nichols (step) or CHR, or AMIGO with PI",
         ),
         (
             Rule::Simc,
             Pid,
             &first_order,
-            "SIMC has a D action for a second lag only, and the model has none: take SIMC with PI, or AMIGO with PID",
+            "SIMC uses D action only for a second lag, and the model has none: use SIMC with PI, or AMIGO with PID",
         ),
         (
             Rule::ZieglerNicholsStep,
             Pi,
             &lag(1.0, 10.0, 0.0),
-            "Ziegler-Nichols (step) divides by the dead time, which is 0: take SIMC and choose the closed loop's time constant",
+            "Ziegler-Nichols (step) divides by the dead time, which is 0: use SIMC and choose the closed-loop time \
+             constant",
         ),
         (
             Rule::ZieglerNicholsUltimate,
             Pi,
             &lag(1.0, 10.0, 0.0),
-            "the plant has no ultimate gain, since it has no dead time: take SIMC",
+            "the plant has no ultimate gain, since it has no dead time: use SIMC",
         ),
         (
             Rule::ChrSetpoint20,
             Pi,
             &lag(1.0, 0.0, 1.0),
-            "CHR (setpoint, 20 %) divides by the time constant, which is 0: take AMIGO with PI",
+            "CHR (setpoint, 20 %) divides by the time constant, which is 0: use AMIGO with PI",
         ),
         (
             Rule::Simc,
             Pi,
             &lag(1.0, 10.0, 0.0),
-            "SIMC divides by the dead time, which is 0: choose the closed loop's time constant",
+            "SIMC divides by the dead time, which is 0: choose the closed-loop time constant",
         ),
     ] {
         assert_eq!(error(rule, structure, model), expected);
@@ -188,11 +189,11 @@ fn a_rule_without_a_formula_names_one_that_has() {
 #[test]
 fn a_model_that_is_no_plant_is_refused() {
     for (model, expected) in [
-        (lag(0.0, 1.0, 1.0), "the plant's gain is 0: it has to be a number other than 0"),
+        (lag(0.0, 1.0, 1.0), "the plant's gain is 0: it must be a number other than 0"),
         (lag(f64::NAN, 1.0, 1.0), "the plant's gain is NaN"),
         (lag(1.0, -1.0, 1.0), "the plant's time constant is -1 s"),
         (lag(1.0, 1.0, f64::INFINITY), "the plant's dead time is inf s"),
-        (Model { is_integrating: true, ..lag(1.0, 1.0, 1.0) }, "give it as the second time constant"),
+        (Model { is_integrating: true, ..lag(1.0, 1.0, 1.0) }, "enter it as the second time constant"),
     ] {
         assert!(error(Rule::Simc, Structure::Pi, &model).contains(expected), "{model:?}");
     }

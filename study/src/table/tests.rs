@@ -14,7 +14,7 @@ fn a_csv_file_has_a_row_for_each_loop_with_its_name() {
     let of = rows("loop;P.GAIN;P.ON;note\nTIC1;0,5;TRUE;a\nTIC2;2;FALSE;b\n").unwrap();
     assert_eq!(of.axis.names, ["TIC1", "TIC2"]);
     assert_eq!(of.axis.variables, ["P.GAIN", "P.ON"]);
-    assert_eq!(of.remarks, ["The column note has texts and is left out."]);
+    assert_eq!(of.remarks, ["The column note contains text and is left out."]);
     let row = |gain, on| vec![Value::Number(gain), Value::Boolean(on)];
     assert_eq!(of.axis.along, Along::Rows(vec![row(0.5, true), row(2.0, false)]));
     assert!(rows("P.GAIN,P.TI\n1,2\n3,4\n").unwrap().axis.names.is_empty());

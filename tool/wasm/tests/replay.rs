@@ -206,7 +206,7 @@ fn a_recording_that_begins_in_the_middle_is_taken_up_bumplessly() {
         let replayed = run(&request(member("CONT_C", &FILE), text));
         assert_eq!(replayed.conclusion, Conclusion::Equal, "{from}: {replayed:?}");
         let says = |words: &str| replayed.remarks.iter().any(|remark| remark.contains(words));
-        assert!(says("starts in manual at the recorded LMN"), "{from}: {:?}", replayed.remarks);
+        assert!(says("starts in manual mode at the recorded LMN"), "{from}: {:?}", replayed.remarks);
     }
 }
 
@@ -545,7 +545,9 @@ fn pulses_that_fit_in_their_row_and_a_call_late_are_told_with_the_plainer_value_
     // After a dead time it does not say which call a pulse belongs to.
     let replayed = late_pulses(600, |call| 50.0 - 30.0 * (-(call.saturating_sub(30) as f64) / 200.0).exp());
     assert_named(&replayed, "TI", 12.0, 6.0);
-    assert!(replayed.remarks.iter().any(|remark| remark.starts_with("Each row has the outputs of the call before")));
+    assert!(
+        replayed.remarks.iter().any(|remark| remark.starts_with("Each row holds the outputs of the previous call"))
+    );
     let (low, high) = replayed.suspects[0].range.expect("the other reading has another value");
     assert!(low < 11.95 && high == 12.0, "{low} to {high}");
 }

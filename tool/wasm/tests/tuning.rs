@@ -120,7 +120,7 @@ fn puls_ctr_gets_half_a_period_more_dead_time_and_its_inner_settings() {
     assert_eq!(pulses.predicted.travel, None);
     // PV_IN of the block inside is a parameter, which nothing can be connected to.
     let other = tuned(&request("PULS_CTR", Rule::Simc, Structure::Pi, &[("DI_CONT_C.PVPER_ON", 0.0)]));
-    let remark = "Predicted with the process value at PV_PER, that is with DI_CONT_C.PVPER_ON = TRUE.";
+    let remark = "Predicted with the process value at PV_PER, that is, with DI_CONT_C.PVPER_ON = TRUE.";
     assert!(other.remarks.iter().any(|is| is == remark), "{:?}", other.remarks);
     assert!(!other.predicted.times.is_empty());
 }
@@ -147,7 +147,7 @@ fn what_is_no_controller_cannot_be_tuned() {
     assert!(error.starts_with("HLG is not a controller with a GAIN"), "{error}");
     assert_eq!(of("CONT_C", Structure::Pi, &[("GAIM", 1.0)]), "CONT_C has no variable GAIM");
     for structure in [Structure::P, Structure::Pid] {
-        assert_eq!(of("CONT_S", structure, &[]), "CONT_S is a step controller, which has PI only: take PI");
+        assert_eq!(of("CONT_S", structure, &[]), "CONT_S is a step controller, which has PI only: use PI");
     }
     let slow = with("CONT_C", Rule::ChrSetpoint0, Structure::Pi, lag(1.0, 1e8, 1.0), &[]);
     assert!(self::error(&slow).starts_with("TI would be 120000000 s, and the longest TIME is 2147483.647 s"));
@@ -158,12 +158,12 @@ fn a_pulse_of_cont_s_that_moves_the_process_value_through_the_dead_band_is_told(
     let remarks = |settings: &[(&str, f64)]| tuned(&request("CONT_S", Rule::Simc, Structure::Pi, settings)).remarks;
     // 3 s of 30 s are 10 %, and the plant has a gain of 1.
     let expected = "The shortest pulse of 3 s moves the process value by 10, and DEADB_W = 1 is less than half of it: the loop \
-                    will not rest. Shorten PULSE_TM or CYCLE, or set DEADB_W to 5.";
+                    will not come to rest. Shorten PULSE_TM or CYCLE, or set DEADB_W to 5.";
     let settings = [("CYCLE", 0.1), ("PULSE_TM", 3.0), ("MTR_TM", 30.0), ("DEADB_W", 1.0)];
     assert!(remarks(&settings).iter().any(|remark| remark == expected), "{:?}", remarks(&settings));
     for fine in [[settings[0], ("PULSE_TM", 0.3)], [settings[1], ("DEADB_W", 5.0)]] {
         let settings: Vec<_> = [settings[2], settings[3]].into_iter().chain(fine).collect();
-        assert!(!remarks(&settings).iter().any(|remark| remark.contains("will not rest")), "{settings:?}");
+        assert!(!remarks(&settings).iter().any(|remark| remark.contains("will not come to rest")), "{settings:?}");
     }
 }
 
@@ -175,8 +175,9 @@ fn a_dead_band_beyond_the_band_of_the_settling_time_is_told() {
     };
     let expected = |what: &str, least: f64| {
         Some(format!(
-            "{what} is wider than the band of 0.2 to both sides in which this step counts as settled: the process value can stay \
-             anywhere in it, and a run settles earlier or later than predicted. A step of more than {least} tells the settling time."
+            "{what} is wider than the band of 0.2 on either side of the setpoint in which this step counts as settled: \
+             the process value can stay anywhere in it, and a run settles earlier or later than predicted. A step of \
+             more than {least} shows the settling time."
         ))
     };
     // The step is one of 10, and 2 % of it are 0.2; 0.25 are 2 % of 12.5.
@@ -197,7 +198,7 @@ fn a_gain_far_above_the_one_in_force_is_told() {
         tuned(&with("CONT_C", Rule::Simc, Structure::Pi, lag(0.01, 100.0, 1.0), &values)).remarks
     };
     let expected = "GAIN 4760 is 12 times the one in force: a deviation of 0.021 moves the manipulated value by 100 %, and so do noise \
-                    and the resolution of the input. A larger λ gives a smaller one.";
+                    and the resolution of the input. A larger λ results in a lower gain.";
     assert!(remarks(400.0).iter().any(|remark| remark == expected), "{:?}", remarks(400.0));
     assert!(!remarks(1000.0).iter().any(|remark| remark.contains("times the one in force")));
 }
@@ -339,7 +340,7 @@ fn a_step_in_which_the_manipulated_value_changes_its_sign_says_that_one_model_ma
     };
     // 8 K down take 4 % in the end, and with the P action of GAIN 1.82 a jump of 14.6 %, to which the I action adds in the dead time.
     assert!(
-        told(-100.0, 10.0)[0].starts_with("In this step the manipulated value goes from 10 to -6"),
+        told(-100.0, 10.0)[0].starts_with("In this step, the manipulated value goes from 10 to -6"),
         "{:?}",
         told(-100.0, 10.0)
     );
@@ -379,7 +380,7 @@ fn a_pace_is_a_closed_loop_between_calm_and_fast() {
         assert!((is - expected).abs() < 1e-9, "{is}");
     }
     request.pace = Some(2.0);
-    assert_eq!(error(&request), "the pace is 2: it is from 0, calm, to 1, fast");
+    assert_eq!(error(&request), "the pace is 2: it must be between 0, calm, and 1, fast");
 }
 
 #[test]
@@ -404,7 +405,8 @@ fn a_rule_gets_half_a_cycle_more_dead_time_and_gives_the_settings_and_switches_o
     assert_eq!((number(&pid, "TD"), number(&pid, "TM_LAG")), (0.528, 0.1));
     assert_eq!(
         pid.remarks[0],
-        "TM_LAG = 0.053 s is below half the time between two calls: the block uses 0.1 s, which is set."
+        "TM_LAG = 0.053 s is below half the time between two calls: the block uses 0.1 s, so this value is \
+         set."
     );
 
     (request.rule, request.structure) = (Rule::ChrSetpoint0, Structure::P);
@@ -476,11 +478,11 @@ fn numbers_without_sense_are_refused_and_cost_no_time() {
     let model = lag(1.0, 10.0, 1.0);
     let of = |values: &[(&str, f64)]| with("CONT_C", Rule::Simc, Structure::Pi, model, values);
     for cycle in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(error(&of(&[("CYCLE", cycle)])).ends_with("it has to be a millisecond at least"), "{cycle}");
+        assert!(error(&of(&[("CYCLE", cycle)])).ends_with("it must be at least one millisecond"), "{cycle}");
     }
     let long = with("PULS_CTR", Rule::Simc, Structure::Pi, model, &[("RED_FAC", 1e7)]);
     let remarks = tuned(&long).remarks;
-    assert!(remarks.iter().any(|remark| remark.contains("takes too many calls")), "{remarks:?}");
+    assert!(remarks.iter().any(|remark| remark.contains("would take too many calls")), "{remarks:?}");
     // A million calls would be needed: the simulation ends earlier.
     let slow = tuned(&TuneRequest { model: lag(1.0, 10_000.0, 100.0), ..of(&[("CYCLE", 0.001)]) });
     assert!(slow.predicted.times.len() < 2000 && *slow.predicted.times.last().unwrap() < 201.0);
@@ -506,7 +508,7 @@ fn a_second_lag_is_told_where_the_rule_does_not_know_it() {
     let model = Model { second_time_constant: 2.0, ..lag(1.0, 10.0, 1.0) };
     let pi = tuned(&with("CONT_C", Rule::Simc, Structure::Pi, model, &[("CYCLE", 0.1)]));
     assert!(
-        pi.remarks[0].starts_with("SIMC knows one lag")
+        pi.remarks[0].starts_with("SIMC supports only one lag")
             && pi.remarks[0].contains("T = 11 s and, with half of CYCLE, L = 2.05 s"),
         "{:?}",
         pi.remarks
@@ -792,7 +794,7 @@ fn what_a_load_does_depends_on_the_band_of_a_run_and_on_no_other_step() {
     let mut wrong = request("CONT_C", Rule::Simc, Structure::Pi, &[]);
     wrong.band = Some(0.0);
     let told = tuned(&wrong).remarks.concat();
-    assert!(told.contains("the band of the recovery is 0: it has to be above 0"), "{told}");
+    assert!(told.contains("the recovery band is 0: it must be above 0"), "{told}");
 }
 
 #[test]
@@ -818,7 +820,7 @@ fn a_metric_that_is_absent_has_a_reason() {
     let Tuned { absent, gain_margin, .. } = tuned(&wild);
     assert_eq!(absent["sensitivity"], "the loop is unstable");
     assert!(gain_margin.unwrap() < 1.0 && !absent.contains_key("gain_margin"), "{absent:?}");
-    assert_eq!(absent["recovery"], "the process value does not come back");
+    assert_eq!(absent["recovery"], "the process value does not return to the setpoint");
     assert!(absent.contains_key("settling"), "{absent:?}");
 }
 
