@@ -172,7 +172,7 @@ def test_signals_are_chosen_from_a_list_that_is_searched_and_the_choice_is_kept(
     choices.filter(has_text="inletValve").get_by_role("checkbox").uncheck()
     label(page, "TankFilling.inletValve").wait_for(state="detached")
     search.fill("nothing has this")
-    page.get_by_text("No signal has this in its name or comment.").wait_for()
+    page.get_by_text("No signal has this text in its name or comment.").wait_for()
     page.keyboard.press("Escape")
     assert page.locator(".choices").is_hidden()
     page.wait_for_function("() => (sessionStorage.getItem('plcfmu') ?? '').includes('tFill.Q')")
@@ -305,7 +305,7 @@ def test_what_is_forced_and_watched_survives_a_reload_and_goes_with_the_link(ope
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.locator("#away-button").click()
     page.get_by_role("button", name="Copy link").click()
-    page.get_by_text("The link is in the clipboard").wait_for()
+    page.get_by_text("The link is on the clipboard").wait_for()
     link = page.evaluate("navigator.clipboard.readText()")
     other = open_tool(LAPTOP)
     other.goto(link)
@@ -358,7 +358,7 @@ def test_a_session_with_a_plant_becomes_a_test_that_plcfmu_test_runs(open_tool, 
     done = run_case(command, tmp_path, content)
     assert done.returncode != 0 and re.search(r"outlet is .*, expected", done.stdout), done.stdout
     # What is struck out is not expected.
-    page.get_by_role("button", name="Strike out all").click()
+    page.get_by_role("button", name="Keep none").click()
     _, none = saved(page, "Save TankFilling_test.toml", "#done")
     assert b"expect" not in none and b"set" in none
     assert run_case(command, tmp_path, none).returncode == 0
@@ -394,7 +394,7 @@ def test_same_again_after_the_program_was_changed_marks_what_differs(open_tool):
     again = page.get_by_role("button", name="Same again")
     again.click()
     verdict = page.locator(".timing-verdict")
-    verdict.get_by_text("All as in Run 1: every variable, in 7 cycles").wait_for()
+    verdict.get_by_text("Same as Run 1: every variable, in 7 cycles").wait_for()
     assert page.locator(".timing .differs").count() == 0
     drop(page, ("blink.scl", BLINK.replace("#level + 1.5", "#level + 2.0").replace("#lamp := NOT #lamp", "#lamp := TRUE")))
     line(page, 15).get_by_text("TRUE").wait_for()

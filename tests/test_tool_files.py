@@ -290,7 +290,7 @@ def test_before_a_file_is_saved_a_loop_that_stays_in_manual_mode_is_named(page):
     page.locator("#run").get_by_role("checkbox", name="Manual").click()
     page.click("#away-button")
     told.first.wait_for()
-    assert told.all_inner_texts() == ["MAN_ON is TRUE in the saved file: the controller begins in manual mode, with MAN 0."]
+    assert told.all_inner_texts() == ["MAN_ON is TRUE in the saved file: the controller starts in manual mode, with MAN 0."]
     page.get_by_role("checkbox", name="also MAN_ON as in the run").check()
     told.first.wait_for(state="detached")
 

@@ -66,7 +66,7 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
     # A recorder that keeps every fourth call tells no setting, and none is offered.
     path.write_text("\n".join(",".join(cells[column] for column in columns) for cells in [header, *rows[::4]]))
     tool.locator("#replay-file").set_input_files(path)
-    tool.get_by_text("Cycles are missing between the rows: the recording does not tell the settings").wait_for()
+    tool.get_by_text("Cycles are missing between the rows: the recording does not reveal the settings").wait_for()
     assert "Record every cycle" in tool.locator("#replay .verdict").inner_text()
     assert tool.locator("#replay").get_by_role("button", name="Apply ").count() == 0
     # A recording in which GAIN changes proves nothing of the one in force.

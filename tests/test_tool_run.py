@@ -112,7 +112,7 @@ def run_calls(page, calls, cycle=1.0, fresh=False):
     before = made(page)
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.locator("#run-for").fill(repr(calls * cycle))
-    # After settings were applied it says Go on.
+    # After settings were applied it says Resume.
     page.locator("#run-go").click()
     wait_for_calls(page, before + calls)
     page.wait_for_function("() => document.querySelector('#run-go').textContent !== 'Pause'")
@@ -400,7 +400,7 @@ def test_an_applied_setting_is_tried_with_one_button_and_drawn_while_it_is_typed
     assert made(tool) == 40 and tool.evaluate("async () => (await moduleOf('tool/store.js')).store.loop.runs.length") == 1
     tool.locator("#field-GAIN").press("Enter")
     again.wait_for()
-    assert tool.locator("#run-go").inner_text() == "Go on"
+    assert tool.locator("#run-go").inner_text() == "Resume"
     # It stays until the run is made.
     assert tool.evaluate(ghost) == typed
     again.click()
@@ -428,7 +428,7 @@ def test_an_applied_setting_is_tried_with_one_button_and_drawn_while_it_is_typed
     # A text that is no value is not passed over: nothing runs.
     tool.locator("#field-GAIN").fill("fast")
     tool.locator("#run-go").click()
-    tool.get_by_text("GAIN cannot be applied. Correct the value, or take it back with Esc.").wait_for()
+    tool.get_by_text("GAIN cannot be applied. Correct the value, or discard it with Esc.").wait_for()
     assert made(tool) == 45
 
 

@@ -797,7 +797,7 @@ def test_the_page_asks_before_an_fmu_that_is_dropped_runs(tool, open_page, fault
     page.get_by_text('It names tool "By hand", author "Somebody"').wait_for()
     assert "FAULTY" not in page.evaluate(names)
     page.get_by_text("Run it", exact=True).click()
-    page.get_by_text("FAULTY can be chosen as a plant").wait_for()
+    page.get_by_text("FAULTY can now be chosen as a plant").wait_for()
     assert "FAULTY" in page.evaluate(names)
 
 
@@ -810,7 +810,7 @@ def test_a_foreign_plant_whose_names_say_nothing_is_connected_by_what_is_open(st
     sync_api.expect(plant.locator("#plant-choice")).to_have_value("FAULTY")
     notes = plant.locator(".sentences .note")
     missing = "nothing is connected to CONT_C_1.PV_IN"
-    sync_api.expect(notes).to_have_text(["No output clearly belongs to an input: choose below.", missing])
+    sync_api.expect(notes).to_have_text(["No output clearly matches an input: choose below.", missing])
     # What has to be chosen is not folded away.
     process_value = plant.get_by_label("What goes to PV_IN", exact=True)
     process_value.select_option("PLANT.Y")

@@ -39,7 +39,7 @@ def run_for(page, seconds):
     """Runs the loop as fast as it goes."""
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.locator("#run-for").fill(str(seconds))
-    # After settings were applied it says Go on.
+    # After settings were applied it says Resume.
     page.locator("#run-go").click()
     page.wait_for_function("() => document.querySelector('#run-go').textContent !== 'Pause'")
     page.locator("#run-for").fill("")

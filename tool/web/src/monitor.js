@@ -282,7 +282,7 @@ function head() {
       element(
         "button",
         { onclick: () => forgetRefused() },
-        store.loop && programOf(store.loop) ? "Back to the program that runs" : "Close",
+        store.loop && programOf(store.loop) ? "Back to the running program" : "Close",
       ),
   );
 }
@@ -338,7 +338,7 @@ function instances(compiled) {
   return compiled.blocks.flatMap((block) => {
     const own = parts.filter((part) => same(part.block, block.name));
     if (block.file !== file || own.length < 2) return [];
-    const about = { "aria-label": `Instance of ${block.name}`, title: `Which ${block.name} is watched` };
+    const about = { "aria-label": `Instance of ${block.name}`, title: `The ${block.name} to watch` };
     const paths = own.map(({ path }) => [path]);
     const list = choice(about, paths, instanceOf(block), (path) => {
       chosen.set(block.name.toUpperCase(), path);

@@ -31,8 +31,8 @@ export const CHAIN = { fmu: "SENSOR", from: "U", to: "Y", noise: "NOISE", steps:
 const PLANT = "PLANT";
 const SENSOR = "SENSOR";
 const EXCHANGES = {
-  sequential: "Each of them gets what those before it have just computed (sequential).",
-  parallel: "All of them get their inputs at once, before any of them is stepped (parallel).",
+  sequential: "Each member receives what the members before it have just computed (sequential).",
+  parallel: "All members receive their inputs at the same time, before any of them is stepped (parallel).",
 };
 
 /** @type {HTMLElement} */
@@ -303,7 +303,7 @@ function isOwn(loop) {
 
 /** The content if no plant is connected. @returns {Promise<HTMLElement[]>} */
 async function unconnected() {
-  const sentence = element("p", "No plant is connected. You can run the controller open loop, or choose a plant.");
+  const sentence = element("p", "No plant is connected. You can run the controller in open loop, or choose a plant.");
   if (!store.catalogue.fmus.some((entry) => entry.name === GENERIC)) return [sentence];
   const generic = await store.describe(GENERIC);
   const problem = element("p.error", { role: "alert" });
@@ -349,7 +349,7 @@ async function unconnected() {
   });
   const about = element(
     "p.faint",
-    "The generic plant: a lag with dead time. Its gain is what the process value moves for 1 % of the manipulated value.",
+    "The generic plant: a lag with dead time. Its gain is the change in process value per 1 % of manipulated value.",
   );
   return [sentence, form, problem, about];
 }
@@ -427,7 +427,7 @@ async function sentences(loop, plant) {
   };
   const free = inputs.filter((to) => !isThere(to));
   const open = proposal.open.filter(({ input }) => !isThere(input));
-  const hint = "No output clearly belongs to an input: choose below.";
+  const hint = "No output clearly matches an input: choose below.";
   const said = [...(loop.connections.length === 0 ? [hint] : []), ...open.map((one) => one.text), ...proposal.remarks];
   const remarks = said.map((remark) => element("li.note", remark));
   return element(
@@ -470,7 +470,7 @@ async function exchanged(loop, members, connections) {
   const isRunning = store.isLive();
   const { step, exchange } = loop;
   await store.connect({ members, connections, step, exchange }, true);
-  if (isRunning) store.say("The plant has begun anew with the changed connection; the controller went on.");
+  if (isRunning) store.say("The plant has restarted with the changed connection; the controller continued.");
 }
 
 /**
@@ -532,7 +532,7 @@ function field(loop, member, variable, title, prefix = "") {
     if (Object.keys(room).length > 1 || (store.isLive() && !variable.is_tunable)) {
       member.values = { ...member.values, ...room };
       store.emit("plant");
-      if (store.isLive()) store.say(`${full} is taken at the next start of the run.`);
+      if (store.isLive()) store.say(`${full} takes effect at the next start of the run.`);
       return;
     }
     try {

@@ -185,7 +185,7 @@ async function opened(compiled) {
   const loop = await store.add(name, compiled.fmu ?? "", undefined, origin);
   showOutputs(loop);
   if (compiled.cycle_from)
-    store.say(`${compiled.block} is called every ${compiled.cycle} s: ${compiled.cycle_from}. Options change it.`);
+    store.say(`${compiled.block} is called every ${compiled.cycle} s: ${compiled.cycle_from}. Change it under Options.`);
   return loop;
 }
 
@@ -251,7 +251,7 @@ async function replaced(before, fmu) {
   store.emit("plant");
   // Update fields that were drawn with the start values.
   store.emit("settings", Object.keys(loop.settings));
-  store.say(`${loop.name} has the changed program. The next run begins with it; the earlier runs are kept to compare.`);
+  store.say(`${loop.name} has the changed program. The next run starts with it; earlier runs are kept for comparison.`);
   return loop;
 }
 

@@ -18,8 +18,8 @@ const LISTS = [
 ];
 /** Names with a value: key, title, example, separator. @type {["tags" | "constants", string, string, string][]} */
 const PAIRS = [
-  ["tags", "Tags and instances that no source declares, a line each", "Start : Bool", ":"],
-  ["constants", "Constants that no source declares, a line each", "MAX = 5", "="],
+  ["tags", "Tags and instances that no source declares, one per line", "Start : Bool", ":"],
+  ["constants", "Constants that no source declares, one per line", "MAX = 5", "="],
 ];
 
 /** Whether the options are open: they stay open when the program is redrawn. */
@@ -41,12 +41,12 @@ export function optionsForm(program, compiled, translate) {
     autocomplete: "off",
   });
   const cpus = CPUS.map((one) => [one, `S7-${one}`]);
-  const cpu = choice({ id: "program-cpu" }, [["", "as the sources tell"], ...cpus], program.cpu ?? "");
+  const cpu = choice({ id: "program-cpu" }, [["", "from the sources"], ...cpus], program.cpu ?? "");
   const run = element("input", {
     ...{
       id: "program-run",
       value: program.run ?? "",
-      placeholder: compiled.block || "the one block that no other block calls",
+      placeholder: compiled.block || "the only block that no other block calls",
     },
     ...{ spellcheck: "false", autocomplete: "off" },
   });
@@ -68,7 +68,7 @@ export function optionsForm(program, compiled, translate) {
   const form = element(
     "form.program-options",
     field("Called every (s, or 100 ms)", cycle),
-    field("What is run", run),
+    field("Block to run", run),
     field("CPU", cpu),
     lists.map(({ title, input }) => field(title, input)),
     pairs.map(({ title, input }) => field(title, input)),
@@ -89,7 +89,7 @@ export function optionsForm(program, compiled, translate) {
     for (const { key, input, between, example } of pairs) {
       const found = pairsOf(input.value, between);
       if (!found) {
-        text(problem, `Write each as ${example}.`);
+        text(problem, `Enter each as ${example}.`);
         input.focus();
         return;
       }

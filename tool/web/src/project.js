@@ -39,7 +39,7 @@ export function assumptionsForm(program, compiled, translate) {
   const before = program.files.find(({ file }) => file === ASSUMED);
   if (compiled.assumptions.length > 0) return proposed(program, compiled, textOf(before), translate);
   if (!before) return null;
-  const input = element("textarea", { "aria-label": "What is assumed", rows: 8, spellcheck: "false" });
+  const input = element("textarea", { "aria-label": "Assumptions", rows: 8, spellcheck: "false" });
   input.value = textOf(before);
   const count = input.value.match(/^\/\/ .+: /gm)?.length ?? 0;
   return form(`${count} ${count === 1 ? "name is" : "names are"} assumed`, false, [input], "Translate again", () =>
@@ -75,7 +75,7 @@ function proposed(program, { assumptions }, before, translate) {
   });
   const count = rows.length === 1 ? "1 name" : `${rows.length} names`;
   return form(
-    `${count} without a declaration: what can be assumed`,
+    `${count} without a declaration: possible assumptions`,
     true,
     rows.map(({ head, input }) => element("div.assumption", head, input)),
     `Assume ${rows.length === 1 ? "it" : `these ${rows.length}`}`,

@@ -117,7 +117,7 @@ function show() {
   fill(mapping);
   const loop = store.loop;
   const about = loop
-    ? `A CSV recorded on the plant (time, setpoint, process value, manipulated value ...) goes through ${loop.description.block} with the parameters of ${loop.name}.`
+    ? `A CSV recorded on the plant (time, setpoint, process value, manipulated value ...) is replayed through ${loop.description.block} with the parameters of ${loop.name}.`
     : "Open or create a loop first: a recording is replayed through its block.";
   fill(
     body,
@@ -328,7 +328,7 @@ function showResult(replayed, allowed) {
       element(
         "details",
         { open: !fits },
-        element("summary", `What was tried: ${replayed.suspects.length}`),
+        element("summary", `Changes tried: ${replayed.suspects.length}`),
         table(
           ["Change", "Values that still differ", "Largest difference", "Settings"],
           replayed.suspects.map((suspect) => [
@@ -353,7 +353,7 @@ function showResult(replayed, allowed) {
 
 /** @param {import("./messages").Values} values @param {string} [kind] */
 function useButton(values, kind = "") {
-  const title = "In force from the next cycle on, and the recording is replayed with them; Undo takes them back";
+  const title = "Applies them from the next cycle on and replays the recording; Undo reverts them";
   return element("button", { class: kind, title, onclick: () => take(values) }, `Apply ${settings(values)}`);
 }
 

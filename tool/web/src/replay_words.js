@@ -30,22 +30,22 @@ const COARSE = 0.01;
 
 /** @type {Record<Exclude<Why, object>, string>} */
 const WHY = {
-  factor: "a round multiple or part of it",
-  sign: "the other sign",
+  factor: "a round multiple or fraction of it",
+  sign: "the opposite sign",
   minutes: "minutes, not seconds",
   no_minutes: "seconds, not minutes",
   seconds: "seconds, not milliseconds",
   milliseconds: "milliseconds, not seconds",
   spacing: "the spacing of the rows",
-  stays: "there the recording stays",
+  stays: "the recording stays there",
   no_dead_band: "no dead band",
-  rests: "within it the recording does not move",
+  rests: "the recording does not move within it",
 };
 
 /** @param {Why} why */
 function reason(why) {
   if (typeof why !== "object") return WHY[why];
-  return `the outputs change in one of ${why.rhythm} rows only`;
+  return `the outputs change only in one of ${why.rhythm} rows`;
 }
 
 /**
@@ -66,11 +66,11 @@ function ofChange(change, variables) {
     const [now, was] = valuesOf(change.setting, variables);
     return `${name} is ${now} instead of ${was}${why ? `: ${reason(why)}` : ""}`;
   }
-  if ("calls" in change) return `the block is called ${change.calls} times from row to row`;
+  if ("calls" in change) return `the block is called ${change.calls} times per row`;
   const [{ line, time }, isLeftOut] =
     "left_out" in change ? /** @type {const} */ ([change.left_out, true]) : [change.added, false];
   const row = `line ${line} (${rounded(time, "LREAL")} s)`;
-  return isLeftOut ? `${row} is no call` : `one more call is made before ${row}`;
+  return isLeftOut ? `${row} is not a call` : `there is one more call before ${row}`;
 }
 
 /**
@@ -89,7 +89,7 @@ export function changed(suspect, { variables }) {
   const last = changes.at(-1);
   const whose = changes.length > 1 && !since && last && "setting" in last ? `${last.setting.name} ` : "";
   if (range) doubts.push(`${whose}${range} fits`);
-  if (confused.length > 0) doubts.push(`another ${confused.join(" or ")} would fit with it`);
+  if (confused.length > 0) doubts.push(`a different ${confused.join(" or ")} would fit with it`);
   return `${all.join(", and ")}${doubts.length > 0 ? ` (${doubts.join("; ")})` : ""}`;
 }
 
@@ -155,13 +155,13 @@ function ofSince(suspect, { change, at, earliest, latest }, variables, isSure) {
   const ofCall = (/** @type {[number, number]} */ [of, when]) => `${of} (${rounded(when, "LREAL")} s)`;
   if (isOpen) {
     const between = `${ofCall(earliest)} to ${ofCall(latest)}`;
-    details.push(`Any cycle from ${between} would do for the change${range ? `, with ${name} ${range}` : ""}.`);
-  } else if (range) details.push(`${name} ${range} would do.`);
+    details.push(`The change could be at any cycle from ${between}${range ? `, with ${name} ${range}` : ""}.`);
+  } else if (range) details.push(`${name} ${range} would fit.`);
   const { changes } = suspect;
   const own = changes.flatMap((one) => ("setting" in one ? one.setting : [])).find((one) => one.name === name);
   if (own) details.push(`The loop has ${name} ${valuesOf(own, variables)[1]}.`);
   const others = changes.filter((one) => !("setting" in one && one.setting.name === name));
-  const besides = others.length > 0 ? `, with ${fit(others, { variables })} all the time` : "";
+  const besides = others.length > 0 ? `, with ${fit(others, { variables })} throughout` : "";
   return {
     headline: `Up to ${isOpen ? "about " : ""}cycle ${call - 1} ${name} is ${before}; from cycle ${call} (${rounded(time, "LREAL")} s) on, ${name} ${value} ${isSure ? "" : "most likely "}explains every cycle${besides}.`,
     details,
@@ -210,7 +210,7 @@ export function verdict(replayed, tolerance, block) {
     const names = listed(outputs.map(({ variable }) => variable));
     const most = Math.max(...outputs.map(({ largest }) => largest), 0);
     const within =
-      tolerance === null ? "what the digits of the recording leave open" : `the tolerance of ${String(tolerance)}`;
+      tolerance === null ? "the resolution of the recorded digits" : `the tolerance of ${String(tolerance)}`;
     const how =
       most === 0
         ? `bit for bit in all ${calls} cycles`
@@ -240,14 +240,14 @@ export function verdict(replayed, tolerance, block) {
   if (conclusion === "coarse") {
     const remedy = "Record every cycle: rows as far apart as CYCLE.";
     return {
-      headline: "Cycles are missing between the rows: the recording does not tell the settings.",
+      headline: "Cycles are missing between the rows: the recording does not reveal the settings.",
       details: [`With one cycle per row, ${difference}.`, remedy],
     };
   }
   if (conclusion === "rounded") {
-    const same = "other last digits of the measured values would change as many. Nothing says that a setting differs";
+    const same = "other last digits of the measured values would change as many. Nothing indicates that a setting differs";
     return {
-      headline: `${listed(outputs.map(({ variable }) => variable))} agree as far as the digits of the recording tell.`,
+      headline: `${listed(outputs.map(({ variable }) => variable))} agree within the digits of the recording.`,
       details: [`${difference}; ${same}: record more digits to see small differences.`, ...recorded],
     };
   }
@@ -260,12 +260,12 @@ export function verdict(replayed, tolerance, block) {
     return { headline, details: [...details, ...also, `With the settings of the loop, ${difference}.`, ...recorded] };
   }
   if (conclusion === "cause") {
-    const details = [`${difference}; nothing differs any more when ${first}.`, ...recorded];
+    const details = [`${difference}; no difference remains if ${first}.`, ...recorded];
     return { headline: `The recording fits ${fit(fitting(replayed), block)}.`, details };
   }
   if (conclusion === "likely_cause") {
     const also = others.length > 0 ? [`It could also be: ${others.join("; or: ")}.`] : [];
-    const details = [`${difference}; nothing differs any more when ${first}.`, ...also, ...recorded];
+    const details = [`${difference}; no difference remains if ${first}.`, ...also, ...recorded];
     return { headline: `The recording most likely fits ${fit(fitting(replayed), block)}.`, details };
   }
   if (conclusion === "ambiguous") {
@@ -278,10 +278,10 @@ export function verdict(replayed, tolerance, block) {
       const names = alike.flatMap(({ since }) => (since && "setting" in since.change ? since.change.setting.name : []));
       const [call, time] = likeliest.since.at;
       return {
-        headline: `From cycle ${call} (${rounded(time, "LREAL")} s) on, another ${names.join(" or ")} explains every cycle.`,
+        headline: `From cycle ${call} (${rounded(time, "LREAL")} s) on, a different ${names.join(" or ")} explains every cycle.`,
         details: [
           alike.length > 1
-            ? `The recording does not tell which: ${told.slice(0, MOST_EXPLANATIONS).join("; or: ")}.`
+            ? `The recording does not show which: ${told.slice(0, MOST_EXPLANATIONS).join("; or: ")}.`
             : `${first}.`,
           `With the settings of the loop, ${difference}.`,
           ...recorded,
@@ -302,17 +302,17 @@ export function verdict(replayed, tolerance, block) {
   const off = Math.max(...outputs.map(({ noise, allowed }) => (noise > allowed ? NOISY * noise : 0)), 0);
   const noisy =
     off > 0
-      ? `The recording is noisy: replay it with ${rounded(off, "LREAL", 1)} in the field “equal within”, or how far a value may be off.`
-      : "If the recording is noisy, say in the field “equal within” how far a value may be off.";
+      ? `The recording is noisy: replay it with ${rounded(off, "LREAL", 1)} in the field “equal within”, or enter there how far a value may be off.`
+      : "If the recording is noisy, enter in the field “equal within” how far a value may be off.";
   // A change after which most values still differ is not a near miss.
   const all = outputs.reduce((sum, { different }) => sum + different, 0);
   const best = suspects.find(({ different }) => 2 * different <= all);
   const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;
   const begin = Math.min(...outputs.flatMap(({ first: at }) => at?.[0] ?? []));
-  const where = begin > 0 ? " that changed there: several settings perhaps" : "";
+  const where = begin > 0 ? " and changed there: perhaps several settings" : "";
   const nearest = best
     ? `The nearest is: ${changed(best, block)} (${still}).`
-    : `Look for the cause in what the recording does not have${where}.`;
+    : `Look for the cause in what is not recorded${where}.`;
   return {
     headline: isRecorded
       ? `${own}nothing that was tried explains it.`
@@ -343,7 +343,7 @@ function coarsely({ outputs }, { variables }) {
     const unit = unitText(of?.unit);
     return `${variable} by ${rounded(allowed, "LREAL", 2)}${unit && ` ${unit}`}`;
   });
-  return told.length > 0 ? `What moves ${listed(told)} or less is not seen: so much counts as equal.` : "";
+  return told.length > 0 ? `Movements of ${listed(told)} or less go unnoticed: that much counts as equal.` : "";
 }
 
 /** @param {string[]} names */

@@ -156,27 +156,27 @@ export function settingsTable(loop, answer, units) {
   });
   const { predicted } = answer;
   const facts = /** @type {[string, string, string][]} */ ([
-    ["Ms", "The largest sensitivity: up to 1.6 is cautious, above 2 is sharp", number(answer.sensitivity)],
-    ["gain margin", "By this factor the gain may grow before the loop is unstable", number(answer.gain_margin)],
+    ["Ms", "Maximum sensitivity: up to 1.6 is cautious, above 2 is sharp", number(answer.sensitivity)],
+    ["gain margin", "The gain can grow by this factor before the loop becomes unstable", number(answer.gain_margin)],
     ["phase margin", "", number(answer.phase_margin, "°")],
-    ["overshoot", "Of the predicted setpoint step", number(predicted.overshoot, " %")],
+    ["overshoot", "Overshoot of the predicted setpoint step", number(predicted.overshoot, " %")],
     ["settling", "Settling time of the predicted setpoint step, within 2 %", number(predicted.settling, " s")],
     [
       "travel",
-      "How far the manipulated value goes to and fro in that step",
+      "Total movement of the manipulated value in that step",
       number(predicted.travel, ` ${units.travel}`),
     ],
     [
       "load: deviation",
-      `Largest deviation after a load of ${predicted.load && predicted.load.size < 0 ? "-10 %" : "+10 %"} at the plant's input`,
+      `Largest deviation after a load step of ${predicted.load && predicted.load.size < 0 ? "-10 %" : "+10 %"} at the plant's input`,
       number(predicted.load?.deviation ?? null, ` ${units.deviation}`),
     ],
     [
       "load: recovery",
-      `Until the process value stays within the band in which a run has recovered${predicted.load ? `: ± ${number(predicted.load.band, ` ${units.deviation}`)}` : ""}`,
+      `Time until the process value stays within the recovery band${predicted.load ? `: ± ${number(predicted.load.band, ` ${units.deviation}`)}` : ""}`,
       number(predicted.load?.recovery ?? null, " s"),
     ],
-    ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
+    ["dead time used", "Sum of the model's dead time, half a cycle and half a pulse period", number(answer.dead_time, " s")],
   ]);
   return element(
     "div",

@@ -81,13 +81,13 @@ export function mount(content) {
     {
       ...again,
       onclick: () => runAgain().catch(store.say),
-      title: "The same test from the start, as long, with the new settings",
+      title: "The same test from the start, for the same time, with the new settings",
     },
     "Run again",
     element("span.long", " with these values"),
   );
   status = element("span.status");
-  const aboutDuration = "How long to run; empty is until Pause, at max until the loop has settled";
+  const aboutDuration = "How long to run; if empty, until Pause, or at max until the loop has settled";
   duration = numberInput({ id: "run-for", placeholder: "–", title: aboutDuration, oninput: checkDuration });
   duration.addEventListener("keydown", (event) => {
     if (event.key === "Enter" && !running) runOrPause();
@@ -99,7 +99,7 @@ export function mount(content) {
     ["max", Infinity],
   ])) {
     const title =
-      factor === 1 ? "As fast as the clock" : factor === 10 ? "Ten times as fast" : "As fast as this computer can";
+      factor === 1 ? "Real time" : factor === 10 ? "Ten times real time" : "As fast as this computer can";
     speeds.set(
       factor,
       element("button", { title, "aria-pressed": String(factor === speed), onclick: () => setSpeed(factor) }, name),
@@ -120,7 +120,7 @@ export function mount(content) {
       element("button.rare", { onclick: oneCall, title: "." }, "One cycle"),
       element("span.speeds", { role: "group", "aria-label": "Speed" }, ...speeds.values()),
       element("label.run-for", { for: "run-for" }, "for ", duration, element("span.faint", " s")),
-      element("button.rare.reset", { onclick: reset, title: "Begin a new run; this one stays in the list" }, "Reset"),
+      element("button.rare.reset", { onclick: reset, title: "Start a new run; this one stays in the list" }, "Reset"),
       status,
       goal,
       more,
@@ -165,7 +165,7 @@ export function mount(content) {
   store.on("failure", () => {
     pause();
     store.say(
-      `The run has ended: ${store.state?.failure} The controller and the curves are kept: choose another plant and go on, or reset.`,
+      `The run has ended: ${store.state?.failure} The controller and the curves are kept: choose another plant and continue, or reset.`,
     );
   });
   store.on("home", pause);
@@ -214,7 +214,7 @@ async function isApplied() {
   if (store.edited().length === 0 || (await store.send())) return true;
   const wrong = store.edited().filter((name) => store.loop?.settings[name].wrong !== undefined);
   if (wrong.length > 0)
-    store.say(`${wrong.join(", ")} cannot be applied. Correct the value, or take it back with Esc.`);
+    store.say(`${wrong.join(", ")} cannot be applied. Correct the value, or discard it with Esc.`);
   return false;
 }
 
@@ -307,7 +307,7 @@ function dueCalls() {
   const reached = ((made() - clock.calls) * step() * 1000) / speed;
   if (elapsed - reached > MOST_BEHIND) {
     const left = Math.round((elapsed - reached - MOST_BEHIND) / 1000);
-    store.say(`The page could not run for a while: ${left} s are left out.`);
+    store.say(`The page could not run for a while: ${left} s were skipped.`);
     clock.wall += elapsed - reached - MOST_BEHIND;
     elapsed = reached + MOST_BEHIND;
   }
@@ -404,7 +404,7 @@ function setSpeed(next) {
 }
 
 function showButton() {
-  const goOn = store.edited().length > 0 ? "Apply, go on" : "Go on";
+  const goOn = store.edited().length > 0 ? "Apply, resume" : "Resume";
   text(runButton, running ? "Pause" : againButton.hidden ? "Run" : goOn);
 }
 
@@ -416,7 +416,7 @@ function showStatus() {
   }
   const late =
     running && speed !== Infinity && behind > WORTH_TELLING ? `, ${(behind / 1000).toFixed(1)} s behind the clock` : "";
-  const why = state.failure ? "ended by a failure" : running ? "" : ended;
+  const why = state.failure ? "failed" : running ? "" : ended;
   const stopped = faultNames.filter((name) => state.values[name] === true).map((name) => `${name}: stopped`);
   status.classList.toggle("error", stopped.length > 0);
   const calls = `${state.calls} ${state.calls === 1 ? "cycle" : "cycles"}`;
@@ -539,8 +539,8 @@ function setpointControl(loop, name) {
   return element(
     "span.control",
     field.row,
-    element("button", { onclick: field.enter, title: "Set it at once (Enter)" }, "Step"),
-    element("button", { onclick: ramp, title: "Move it evenly" }, "Ramp"),
+    element("button", { onclick: field.enter, title: "Set it immediately (Enter)" }, "Step"),
+    element("button", { onclick: ramp, title: "Move it linearly" }, "Ramp"),
     duration.row,
   );
 }
@@ -582,7 +582,7 @@ function disturbanceControl(disturbing) {
     const field = numberField("", "disturbance", variable, value, (next) => now({ [name]: next }, true));
     attribute(field.input, "aria-label", `Disturbance ${name}`);
     follow = field.follow;
-    fill(place, field.row, element("button", { onclick: field.enter, title: "Set it at once (Enter)" }, "Disturb"));
+    fill(place, field.row, element("button", { onclick: field.enter, title: "Set it immediately (Enter)" }, "Disturb"));
   };
   showOne();
   return element("span.control", word, list, place);
@@ -663,9 +663,9 @@ function manualControl(loop, [onName, valueName]) {
     "span.control",
     switchBox(loop, onName, "Manual", "M"),
     field.row,
-    element("button", { onclick: field.enter, title: "Set it at once (Enter)" }, "Set"),
+    element("button", { onclick: field.enter, title: "Set it immediately (Enter)" }, "Set"),
     output &&
-      element("button", { onclick: take, title: `Uses the present ${output}, so that nothing jumps` }, `= ${output}`),
+      element("button", { onclick: take, title: `Uses the current ${output}, so that nothing jumps` }, `= ${output}`),
   );
 }
 
@@ -688,7 +688,7 @@ async function showDone() {
   const loop = store.loop;
   if (!loop || !store.isLive()) {
     store.emit("marks", []);
-    fill(done, element("p.faint", "Lists what you set while the loop runs; it can be repeated and saved."));
+    fill(done, element("p.faint", "Lists what you set while the loop runs; the list can be repeated and saved."));
     return;
   }
   let events;
@@ -717,7 +717,7 @@ async function showDone() {
         "span",
         lines.length === 0
           ? "Nothing was set in this run."
-          : `${lines.length} ${lines.length === 1 ? "thing" : "things"} in this run.`,
+          : `${lines.length} ${lines.length === 1 ? "change" : "changes"} in this run.`,
       ),
       againButtons(),
       element("button", { onclick: () => download({ what: "description" }) }, "Save as TOML"),

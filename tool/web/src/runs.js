@@ -134,8 +134,8 @@ const tried = (action) => async () => {
 
 /** The two buttons that repeat the current run. */
 export function againButtons() {
-  const test = "The same setpoints, manual values and disturbances, with the present settings";
-  const bits = "The same record: the same start, the same settings, bit for bit. Undo restores the present settings";
+  const test = "The same setpoints, manual values and disturbances, with the current settings";
+  const bits = "The same run bit for bit: same start, same settings. Undo restores the current settings";
   return [
     element("button", { onclick: tried(() => repeated("same_test")), title: test }, "Same test"),
     element("button", { onclick: tried(() => repeated("same_bits")), title: bits }, "Repeat exactly"),
@@ -262,7 +262,7 @@ function show() {
   if (!body || document.body.dataset.tab !== "runs") return;
   const list = runsOf(loop);
   if (!loop || list.length === 0) {
-    fill(body, element("p.faint", "Lists each run with its settings and metrics, to compare. Press Run."));
+    fill(body, element("p.faint", "Lists each run with its settings and metrics for comparison. Press Run."));
     return;
   }
   if (body.contains(document.activeElement) && document.activeElement instanceof HTMLInputElement) return;
@@ -316,7 +316,7 @@ function row(loop, kept, values, metrics) {
     const text = `${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd();
     return element("td.number", { "data-full": figure.value }, text);
   });
-  const why = "Another step, or another time, than the last run: its metrics cannot be compared";
+  const why = "The step or its duration differs from the last run: the metrics cannot be compared";
   return element(
     "tr",
     { class: isNow && "is-now" },

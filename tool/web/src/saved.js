@@ -109,7 +109,7 @@ export function showSaved(within, loops, withTried) {
           const mode = title(loop, manualSwitch(loop) ?? "");
           return element(
             "li",
-            `${mode} is TRUE in the saved file: the controller begins in manual mode, with ${outputs.join(" and ")}.`,
+            `${mode} is TRUE in the saved file: the controller starts in manual mode, with ${outputs.join(" and ")}.`,
           );
         }),
       ),

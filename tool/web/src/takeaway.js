@@ -22,7 +22,7 @@ import { rezipped, unzipped } from "tool/zip.js";
 /** The address of a page opened from a file works only on this computer. */
 const WHO_OPENS =
   location.protocol === "file:"
-    ? "It works on this computer: for others, put the page on a server or a share, open it from there and copy the link again."
+    ? "It works only on this computer: for others, put the page on a server or a share, open it there and copy the link again."
     : "Whoever opens it has this loop and this run.";
 
 /** @type {HTMLElement} */
@@ -53,7 +53,7 @@ export async function download(what, rename = (/** @type {string} */ name) => na
     save(exported.file, new Blob([fromBase64(exported.content)], { type: exported.media_type }));
     fill(
       remarks,
-      element("li.good", `${exported.file} was saved where this browser puts downloads.`),
+      element("li.good", `${exported.file} was saved in this browser's download folder.`),
       exported.remarks.map((remark) => element("li", remark)),
     );
   } catch (error) {
@@ -89,7 +89,7 @@ function show() {
     "select",
     { "aria-label": "Which loops" },
     element("option", { value: "one" }, loop.name),
-    store.loops.length > 1 && element("option", { value: "all" }, `all ${store.loops.length} loops under work`),
+    store.loops.length > 1 && element("option", { value: "all" }, `all ${store.loops.length} open loops`),
   );
   // Stimuli are not PLC settings: they are saved only if the user includes them.
   const stimuli = element("input", { type: "checkbox" });
@@ -128,7 +128,7 @@ function show() {
   const copy = async () => {
     try {
       await navigator.clipboard.writeText(await linkOfLoop());
-      fill(remarks, element("li.good", `The link is in the clipboard. ${WHO_OPENS}`));
+      fill(remarks, element("li.good", `The link is on the clipboard. ${WHO_OPENS}`));
     } catch (error) {
       store.say(error);
     }
@@ -159,7 +159,7 @@ function show() {
               "div.row",
               element("span.what", "File"),
               element("button.primary", { onclick: whole }, `Save ${source.name}`),
-              element("span.faint", "as it was opened, with the changed values and nothing else"),
+              element("span.faint", "as it was opened, with only the values changed"),
             ),
           preset(loop),
           content,
@@ -208,7 +208,7 @@ function sources(loop) {
     ),
     element("span.faint", "As an FMU:"),
     element("code", `plcfmu build ${files.map(({ file }) => file).join(" ")}`),
-    element("span.faint", `with the source's start values, and ${milliseconds} ms as its cycle time`),
+    element("span.faint", `with the source's start values and a cycle of ${milliseconds} ms`),
   );
 }
 
@@ -269,7 +269,7 @@ async function savePreset(loop, fmu) {
     save(name, await rezipped(fmu, changed, isLeftOut));
     fill(
       remarks,
-      element("li.good", `${name} was saved where this browser puts downloads.`),
+      element("li.good", `${name} was saved in this browser's download folder.`),
       preset.remarks.map((remark) => element("li", remark)),
     );
   } catch (error) {
@@ -285,7 +285,7 @@ async function savePicture(format) {
   const content = svg ? new Blob([svg], { type: "image/svg+xml" }) : await pngPicture();
   if (!content) return;
   save(name, content);
-  fill(remarks, element("li.good", `${name} was saved where this browser puts downloads.`));
+  fill(remarks, element("li.good", `${name} was saved in this browser's download folder.`));
 }
 
 /** @param {import("tool/store.js").Work} loop */

@@ -72,12 +72,12 @@ async function open(place) {
       element("label", { for: "test-name" }, "Name of the case ", name),
       element("button.primary", { onclick: write }, `Save ${file}`),
       element("button", { onclick: all(true) }, "Keep all"),
-      element("button", { onclick: all(false) }, "Strike out all"),
+      element("button", { onclick: all(false) }, "Keep none"),
       element("button", { onclick: () => fill(place) }, "Close"),
     ),
     element(
       "p.faint",
-      `Keep what is expected of the program. Then: plcfmu test ${file}, ${
+      `Keep what is expected of the program. Then run: plcfmu test ${file}, ${
         loop.notes.isFolder ? "in the program's folder" : `beside ${of.program.files.map((one) => one.file).join(", ")}`
       }.`,
     ),
@@ -111,7 +111,7 @@ async function observed(loop) {
   const own = cycle ? number(loop.settings[cycle]?.sent) : state.step;
   if (Math.abs(own - state.step) > 1e-9)
     throw new EngineError(
-      `The run's step is ${state.step} s, and ${loop.name} is called every ${own} s: in a test, each step is a cycle of the program.`,
+      `The run's step is ${state.step} s, but ${loop.name} is called every ${own} s: in a test, each step is a cycle of the program.`,
     );
   const all = variables.filter((one) => isTestable(one) && one.name !== cycle);
   const isForced = (/** @type {Variable} */ { name }) => forcedSpans(fullName(loop, name)).length > 0;
@@ -139,7 +139,7 @@ async function observed(loop) {
     if (values.size > 0) items.push({ call: last, until: last, values, isSet: false, isKept: true });
   }
   if (items.length > MOST_STEPS)
-    throw new EngineError(`The test would have ${items.length} steps, ${MOST_STEPS} at most: make a shorter run.`);
+    throw new EngineError(`The test would have ${items.length} steps, but at most ${MOST_STEPS} are possible: make a shorter run.`);
   return items.sort((one, two) => one.call - two.call || Number(two.isSet) - Number(one.isSet));
 }
 

@@ -97,7 +97,7 @@ export function mount(content) {
     {
       ...{ role: "slider", tabindex: 0, "aria-label": "Cursor in the timing diagram" },
       ...{ "aria-valuemin": 0, "aria-valuemax": 0, "aria-valuenow": 0, onkeydown: key },
-      title: "← → a call, Shift ten; Page keys the next change; + − zoom; Esc now",
+      title: "← → one call, with Shift ten; Page keys: next change; + − zoom; Esc: now",
     },
     axis,
   );
@@ -115,7 +115,7 @@ export function mount(content) {
   const repeat = () => sameAgain().catch(store.say);
   again = element(
     "button.same-again",
-    { onclick: repeat, title: "What was set in the last run, with the program as it is now" },
+    { onclick: repeat, title: "Repeats the last run's inputs with the current program" },
     "Same again",
   );
   verdict = element("span.timing-verdict", { role: "status" });
@@ -294,7 +294,7 @@ function draw() {
     one.plot.append(...held(one, x, step, height), ...different(one, x, step, height));
   }
   drawAxis(lines, x, across, to - from);
-  text(hint, store.isLive() && (store.state?.calls ?? 0) > 0 ? "" : "Run, and set the inputs at the left.");
+  text(hint, store.isLive() && (store.state?.calls ?? 0) > 0 ? "" : "Run, and set the inputs on the left.");
   placeCursor(across, right);
   showValues();
   const comparison = compared();

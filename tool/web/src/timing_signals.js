@@ -155,8 +155,8 @@ export function chooser(changed) {
     fill(
       list,
       sorted.slice(0, MOST_LISTED).map(choice),
-      sorted.length === 0 && element("p.faint", "No signal has this in its name or comment."),
-      left > 0 && element("p.faint", `${left} more: type a part of the name.`),
+      sorted.length === 0 && element("p.faint", "No signal has this text in its name or comment."),
+      left > 0 && element("p.faint", `${left} more: type part of the name.`),
     );
   };
   search.addEventListener("input", show);

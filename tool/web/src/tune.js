@@ -152,7 +152,7 @@ function show() {
     return;
   }
   if (!isTunable) {
-    fill(body, element("p.faint", `${loop.description.block} has no gain and no integral time to tune.`));
+    fill(body, element("p.faint", `${loop.description.block} has no gain or integral time to tune.`));
     return;
   }
   csvPlace = element("div");
@@ -184,7 +184,7 @@ function identifyRow() {
       "button",
       {
         ...{ onclick: () => identifyRun() },
-        title: "From the last step of the manipulated value in this run: settled, in manual, one step, wait",
+        title: "From the last step of the manipulated value in this run: settle in manual mode, make one step, wait",
       },
       "Identify from this step",
     ),
@@ -236,11 +236,11 @@ function testButtons() {
     const tested = await ask({ do: "relay_test", amplitude: Math.abs(size) });
     await store.take(Promise.resolve(tested.state));
     if (store.loop === loop) takeRelay(tested);
-  }, "Relay test: the manipulated value switches up and down until the process value swings evenly.");
+  }, "Relay test: the manipulated value switches up and down until the process value oscillates steadily.");
   const title = hasValue
-    ? "Manual at the present value, settle, one step, settle, identify"
-    : "Manual, settle, one pulse that moves the actuator by so much, settle, identify";
-  const aboutRelay = "Manual, and the manipulated value switches up and down by the size: the ultimate gain and period";
+    ? "Manual mode at the current value, settle, one step, settle, identify"
+    : "Manual mode, settle, one pulse that moves the actuator by the step size, settle, identify";
+  const aboutRelay = "Manual mode; the manipulated value switches up and down by the step size: finds the ultimate gain and period";
   return [
     element(
       "span.control",
@@ -273,7 +273,7 @@ function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
     typeof of === "object"
       ? []
       : [
-          "A relay tells the plant at one frequency: the model is an integrator with dead time, and margins and predictions are those of that model. A plant with several lags has smaller margins: make a step test to know them.",
+          "A relay test identifies the plant at a single frequency: the model is an integrator with dead time, and margins and predictions apply to that model. A plant with several lags has smaller margins: run a step test to find them.",
         ];
   endChart();
   fill(identifiedPlace, remarksOf([sentence, ...more, ...remarks]));
@@ -317,7 +317,7 @@ function openAndIdentify(recording) {
 function showCsv() {
   if (!recorded || !csvPlace) return;
   const of = recorded;
-  const columns = [["", "by its name"], ...of.columns.map((name) => [name])];
+  const columns = [["", "by name"], ...of.columns.map((name) => [name])];
   /** @param {"time" | "input" | "output"} which @param {string} title */
   const column = (which, title) =>
     element(
@@ -362,7 +362,7 @@ async function identify(fromCsv, part = {}) {
       : { run: part };
   if (!fromCsv && !store.isLive()) {
     refuse(
-      "There is no run yet. Run the loop in manual until the process value has settled, then step the manual value and wait.",
+      "There is no run yet. Run the loop in manual mode until the process value has settled, then step the manual value and wait.",
     );
     return;
   }
@@ -402,7 +402,7 @@ function takeModel(identified) {
   fill(identifiedPlace, remarksOf(identified.remarks));
   endChart();
   endChart = draw(fitPlace, {
-    title: "The process value, measured and of the model",
+    title: "The process value, measured and modelled",
     xLabel: "s",
     x: identified.times,
     lines: [
@@ -565,7 +565,7 @@ function ruleRow() {
     "label",
     {
       title:
-        "Lambda, the time constant in seconds that the closed loop is to have. Larger is calmer: less overshoot, more time. Empty: as the slider says",
+        "Lambda, the desired time constant of the closed loop, in seconds. Larger is calmer: less overshoot, more time. If empty, the slider sets it",
     },
     "λ ",
     closed,
@@ -614,7 +614,7 @@ function ruleRow() {
     closedLabel,
     element(
       "span.control",
-      { title: "The setpoint step that is predicted; if nothing is typed, that of the run" },
+      { title: "The setpoint step to predict; if empty, the step of the run" },
       element("label", "Step from ", stepFields.from),
       element("label", " to ", stepFields.to),
       stepUnit,
@@ -634,7 +634,7 @@ async function tune() {
     tuned = undefined;
     store.predict(undefined);
     const why =
-      of ?? "Identify the plant, or type K, T and L: then each rule shows its settings and the predicted curve.";
+      of ?? "Identify the plant, or enter K, T and L: then each rule shows its settings and the predicted curve.";
     fill(resultPlace, element("p", { class: of ? "error" : "faint" }, why));
     showBode();
     return;
@@ -765,7 +765,7 @@ function nextRow(loop, rule, answer, isStep) {
   const { setpoint } = loop.description.roles;
   const [from, to] = [answer.predicted.setpoint[0], answer.predicted.setpoint.at(-1)];
   const next = [
-    { name: "Apply", title: "In force from the next cycle on; Undo takes them back", act: () => applyTuned(answer) },
+    { name: "Apply", title: "In force from the next cycle on; Undo reverts them", act: () => applyTuned(answer) },
   ];
   if (isStep && setpoint && to !== undefined && !wiredTo(loop, setpoint)) {
     const [shownStart, shownGoal] = [from, to].map((one) =>
@@ -773,7 +773,7 @@ function nextRow(loop, rule, answer, isStep) {
     );
     next.push({
       name: `Run the step to ${shownGoal}`,
-      title: `Automatic mode, settled at ${shownStart}, then setpoint ${shownGoal}, as fast as it goes until it has settled`,
+      title: `Automatic mode, settled at ${shownStart}, then setpoint ${shownGoal}, at full speed until it has settled`,
       act: () => runStep(setpoint, from, to),
     });
   }

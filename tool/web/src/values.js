@@ -150,25 +150,25 @@ export function read(text, { name, kind }) {
   if (isBoolean(kind)) {
     if (/^(true|1|on)$/i.test(written)) return { value: true };
     if (/^(false|0|off)$/i.test(written)) return { value: false };
-    return { why: `${name} is a ${kind}: write TRUE or FALSE.` };
+    return { why: `${name} is a ${kind}: enter TRUE or FALSE.` };
   }
   if (isTime(kind)) return readTime(written, name);
   const plain = written.replace(/^([+-]?\d+),(\d+(?:e[+-]?\d+)?)$/i, "$1.$2");
   const hexadecimal = /^(?:W#)?16#([0-9a-f_]+)$/i.exec(plain);
   let value = hexadecimal ? Number.parseInt(hexadecimal[1].replaceAll("_", ""), 16) : Number(plain);
   if (!hexadecimal && !/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain)) {
-    return { why: `"${short(written)}" is not a number; write one such as 2.5 or 1e-3.` };
+    return { why: `"${short(written)}" is not a number; enter one such as 2.5 or 1e-3.` };
   }
   const range = WHOLE[kind];
   if (range) {
     if (hexadecimal && kind === "WORD" && value > 32767 && value <= 65535) value -= 65536;
-    if (!Number.isInteger(value)) return { why: `${name} is of type ${kind}: write a whole number.` };
+    if (!Number.isInteger(value)) return { why: `${name} is of type ${kind}: enter a whole number.` };
     if (value < range[0] || value > range[1]) {
-      return { why: `${name} is of type ${kind}: write a number from ${range[0]} to ${range[1]}.` };
+      return { why: `${name} is of type ${kind}: enter a number from ${range[0]} to ${range[1]}.` };
     }
   }
   const held = kind === "REAL" ? Math.fround(value) : value;
-  if (!Number.isFinite(held)) return { why: `${short(written)} is larger than a ${kind} can be (about 3.4e38).` };
+  if (!Number.isFinite(held)) return { why: `${short(written)} exceeds the range of a ${kind} (about 3.4e38).` };
   return { value };
 }
 
@@ -178,7 +178,7 @@ export function read(text, { name, kind }) {
  * @returns {{ value: Value } | { why: string }}
  */
 function readTime(written, name) {
-  const form = `"${short(written)}" is not a time; write seconds such as 1.5, or 500 ms, 2 min, T#1M30S.`;
+  const form = `"${short(written)}" is not a time; enter seconds such as 1.5, or 500 ms, 2 min, T#1M30S.`;
   const compact = written
     .replace(/^(t|time)#/i, "")
     .replaceAll("_", "")
@@ -191,8 +191,8 @@ function readTime(written, name) {
   const length = { "": 1000, ms: 1, s: 1000, m: 60_000, min: 60_000, h: 3_600_000, d: 86_400_000 };
   const total = parts.reduce((sum, [, count, unit]) => sum + Number(count) * length[unit.toLowerCase()], 0);
   const milliseconds = Math.round(total);
-  if (Math.abs(total - milliseconds) > 1e-6) return { why: `${name} is a TIME: it holds whole milliseconds.` };
-  if (milliseconds > LONGEST_TIME) return { why: `${name} is a TIME: 2147483.647 s (about 24 days) at most.` };
+  if (Math.abs(total - milliseconds) > 1e-6) return { why: `${name} is a TIME, which holds whole milliseconds.` };
+  if (milliseconds > LONGEST_TIME) return { why: `${name} is a TIME: at most 2147483.647 s (about 24 days).` };
   return { value: (sign * milliseconds) / 1000 };
 }
 

@@ -71,7 +71,7 @@ function add() {
     [name, loop && called(loop, name)].some((one) => one?.toUpperCase() === wanted),
   );
   if (!loop || !wanted) return;
-  adding.setCustomValidity(found ? "" : `${adding.value} is not a variable: choose one of the list.`);
+  adding.setCustomValidity(found ? "" : `${adding.value} is not a variable: choose one from the list.`);
   adding.reportValidity();
   if (!found) return;
   adding.value = "";
@@ -96,7 +96,7 @@ async function build() {
   fill(
     body,
     shownRows.length === 0
-      ? element("p.faint", "Lists any variables of the program with their values; each can be set or forced.")
+      ? element("p.faint", "Lists variables of the program with their values; each can be set or forced.")
       : element(
           "table.watch",
           tableHead(["Variable", "Value", "Unit", "New value", ""], (column) => column === 1),
@@ -172,7 +172,7 @@ function row(loop, { name, member, variable }) {
     made.classList.toggle("is-forced", isHeld);
     releasing.hidden = !isHeld;
     setting.disabled = isHeld || wire !== undefined;
-    attribute(setting, "title", wire ? `${wire} sets it in each cycle: force it` : "Once, before the next cycle");
+    attribute(setting, "title", wire ? `${wire} sets it in every cycle: force it instead` : "Once, before the next cycle");
   });
   return made;
 }

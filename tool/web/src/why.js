@@ -142,13 +142,13 @@ async function explained(loop, name, call) {
   const since = changed ? ` since ${timeOf(changed)} s` : " since the beginning of the run";
   const says = (/** @type {(string | HTMLElement)[]} */ ...parts) => [heading, element("p", ...parts)];
   const span = forcedSpans(name).findLast(([first, end]) => first <= call && call < end);
-  if (span) return says(`It is forced since ${timeOf(span[0])} s.`);
+  if (span) return says(`It has been forced since ${timeOf(span[0])} s.`);
   const wire = loop.connections.find(([, to]) => to === name);
   if (wire) return says("It comes from ", operand(loop, wire[0], now, call), ".");
   if (variable && isSettable(variable)) return says(`It is an input that you set: it has had this value${since}.`);
   const of = fmu ? programNamed(fmu) : undefined;
-  if (!of) return says(`${member} is not a program: its inside is unknown. It has had this value${since}.`);
-  if (call >= MOST_CALLS) return says(`Which statements ran is known of the first ${MOST_CALLS} cycles only.`);
+  if (!of) return says(`${member} is not a program: its internals are unknown. It has had this value${since}.`);
+  if (call >= MOST_CALLS) return says(`Which statements ran is known only for the first ${MOST_CALLS} cycles.`);
   const all = writesOf(of.compiled, own);
   if (all.length === 0) return says("No statement of the program writes it: it has its start value.");
   // Statements that ran in this call, otherwise those of the call that last changed the variable.
@@ -171,7 +171,7 @@ async function explained(loop, name, call) {
   answers.push(
     element(
       "p.faint",
-      "Booleans of a condition are as it found them, the variable itself as its first statement found it; other values are those at the end of the cycle.",
+      "Booleans in a condition are as it saw them, the variable itself as its first statement saw it; other values are those at the end of the cycle.",
     ),
   );
   return answers;
@@ -325,7 +325,7 @@ function apart(all, decision) {
     return [
       element(
         "span.part",
-        "what decided is not known: ",
+        "what decided is unknown: ",
         all.map(({ shown }) => shown),
       ),
     ];
