@@ -46,7 +46,11 @@ function show(content) {
         ),
       ),
     ),
-    element("button", { onclick: takeAll }, loop.file ? "Restore all values from the file" : "Restore all start values"),
+    element(
+      "button",
+      { onclick: takeAll },
+      loop.file ? "Restore all values from the file" : "Restore all start values",
+    ),
   );
 }
 

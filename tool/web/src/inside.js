@@ -105,8 +105,7 @@ async function show(head) {
     "button",
     {
       ...{ onclick: () => openAlone(loop, one.path, one.block).catch(store.say) },
-      title:
-        "Keeps its values, the plant and the connections; copy the tuned values back into the source yourself",
+      title: "Keeps its values, the plant and the connections; copy the tuned values back into the source yourself",
     },
     "Open as a separate loop",
   );

@@ -192,7 +192,11 @@ function doors() {
   const run = () => first && openKnown(first).catch(store.say);
   return element(
     "div.doors",
-    element("button.door", { onclick: run }, words("Try a loop", "A furnace runs immediately: change GAIN, run it again")),
+    element(
+      "button.door",
+      { onclick: run },
+      words("Try a loop", "A furnace runs immediately: change GAIN, run it again"),
+    ),
     element(
       "label.door.button",
       { for: "open-files" },
@@ -527,7 +531,8 @@ function showRow(row, number) {
       "td",
       {
         class: warnings ? "note" : "faint",
-        title: warnings && `${row.warnings} ${row.warnings === 1 ? "remark" : "remarks"} from the block on its settings`,
+        title:
+          warnings && `${row.warnings} ${row.warnings === 1 ? "remark" : "remarks"} from the block on its settings`,
       },
       state,
     ),

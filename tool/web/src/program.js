@@ -185,7 +185,9 @@ async function opened(compiled) {
   const loop = await store.add(name, compiled.fmu ?? "", undefined, origin);
   showOutputs(loop);
   if (compiled.cycle_from)
-    store.say(`${compiled.block} is called every ${compiled.cycle} s: ${compiled.cycle_from}. Change it under Options.`);
+    store.say(
+      `${compiled.block} is called every ${compiled.cycle} s: ${compiled.cycle_from}. Change it under Options.`,
+    );
   return loop;
 }
 

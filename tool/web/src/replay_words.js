@@ -245,7 +245,8 @@ export function verdict(replayed, tolerance, block) {
     };
   }
   if (conclusion === "rounded") {
-    const same = "other last digits of the measured values would change as many. Nothing indicates that a setting differs";
+    const same =
+      "other last digits of the measured values would change as many. Nothing indicates that a setting differs";
     return {
       headline: `${listed(outputs.map(({ variable }) => variable))} agree within the digits of the recording.`,
       details: [`${difference}; ${same}: record more digits to see small differences.`, ...recorded],

@@ -161,11 +161,7 @@ export function settingsTable(loop, answer, units) {
     ["phase margin", "", number(answer.phase_margin, "°")],
     ["overshoot", "Overshoot of the predicted setpoint step", number(predicted.overshoot, " %")],
     ["settling", "Settling time of the predicted setpoint step, within 2 %", number(predicted.settling, " s")],
-    [
-      "travel",
-      "Total movement of the manipulated value in that step",
-      number(predicted.travel, ` ${units.travel}`),
-    ],
+    ["travel", "Total movement of the manipulated value in that step", number(predicted.travel, ` ${units.travel}`)],
     [
       "load: deviation",
       `Largest deviation after a load step of ${predicted.load && predicted.load.size < 0 ? "-10 %" : "+10 %"} at the plant's input`,
@@ -176,7 +172,11 @@ export function settingsTable(loop, answer, units) {
       `Time until the process value stays within the recovery band${predicted.load ? `: ± ${number(predicted.load.band, ` ${units.deviation}`)}` : ""}`,
       number(predicted.load?.recovery ?? null, " s"),
     ],
-    ["dead time used", "Sum of the model's dead time, half a cycle and half a pulse period", number(answer.dead_time, " s")],
+    [
+      "dead time used",
+      "Sum of the model's dead time, half a cycle and half a pulse period",
+      number(answer.dead_time, " s"),
+    ],
   ]);
   return element(
     "div",

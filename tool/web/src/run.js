@@ -98,8 +98,7 @@ export function mount(content) {
     ["×10", 10],
     ["max", Infinity],
   ])) {
-    const title =
-      factor === 1 ? "Real time" : factor === 10 ? "Ten times real time" : "As fast as this computer can";
+    const title = factor === 1 ? "Real time" : factor === 10 ? "Ten times real time" : "As fast as this computer can";
     speeds.set(
       factor,
       element("button", { title, "aria-pressed": String(factor === speed), onclick: () => setSpeed(factor) }, name),
@@ -213,8 +212,7 @@ async function runOrPause() {
 async function isApplied() {
   if (store.edited().length === 0 || (await store.send())) return true;
   const wrong = store.edited().filter((name) => store.loop?.settings[name].wrong !== undefined);
-  if (wrong.length > 0)
-    store.say(`${wrong.join(", ")} cannot be applied. Correct the value, or discard it with Esc.`);
+  if (wrong.length > 0) store.say(`${wrong.join(", ")} cannot be applied. Correct the value, or discard it with Esc.`);
   return false;
 }
 

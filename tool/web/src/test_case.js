@@ -139,7 +139,9 @@ async function observed(loop) {
     if (values.size > 0) items.push({ call: last, until: last, values, isSet: false, isKept: true });
   }
   if (items.length > MOST_STEPS)
-    throw new EngineError(`The test would have ${items.length} steps, but at most ${MOST_STEPS} are possible: make a shorter run.`);
+    throw new EngineError(
+      `The test would have ${items.length} steps, but at most ${MOST_STEPS} are possible: make a shorter run.`,
+    );
   return items.sort((one, two) => one.call - two.call || Number(two.isSet) - Number(one.isSet));
 }
 

@@ -240,7 +240,8 @@ function testButtons() {
   const title = hasValue
     ? "Manual mode at the current value, settle, one step, settle, identify"
     : "Manual mode, settle, one pulse that moves the actuator by the step size, settle, identify";
-  const aboutRelay = "Manual mode; the manipulated value switches up and down by the step size: finds the ultimate gain and period";
+  const aboutRelay =
+    "Manual mode; the manipulated value switches up and down by the step size: finds the ultimate gain and period";
   return [
     element(
       "span.control",

@@ -172,7 +172,11 @@ function row(loop, { name, member, variable }) {
     made.classList.toggle("is-forced", isHeld);
     releasing.hidden = !isHeld;
     setting.disabled = isHeld || wire !== undefined;
-    attribute(setting, "title", wire ? `${wire} sets it in every cycle: force it instead` : "Once, before the next cycle");
+    attribute(
+      setting,
+      "title",
+      wire ? `${wire} sets it in every cycle: force it instead` : "Once, before the next cycle",
+    );
   });
   return made;
 }

@@ -193,7 +193,8 @@ async function packedAt(archive, directory, entry) {
 async function content(archive, directory, entry, limit) {
   const method = directory.getUint16(entry + 10, true);
   const packed = await packedAt(archive, directory, entry);
-  if (method !== STORED && method !== DEFLATED) throw new Error("it uses a compression method that the page does not support");
+  if (method !== STORED && method !== DEFLATED)
+    throw new Error("it uses a compression method that the page does not support");
   const stream =
     method === STORED ? packed.stream() : packed.stream().pipeThrough(new DecompressionStream("deflate-raw"));
   const parts = [];
