@@ -3,8 +3,8 @@
     target/venv/bin/python plcfmu/python/build_wheel.py --fmus target/fmu --out target/dist --archive
 
 Needs Rust and, in the Python that runs this program, maturin and (for Linux) ziglang. `cargo xtask fmu` installs both
-in target/venv. For another target than this machine, PLCFMU_CROSS_CARGO may name another cargo. The same sources and
-FMUs give the same bytes.
+in target/venv. For targets other than this machine, PLCFMU_CROSS_CARGO may name another cargo. The same sources and
+FMUs yield the same bytes.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ PYTHON = pathlib.Path(__file__).resolve().parent
 ROOT = PYTHON.parents[1]
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 
-# Further files in the wheel, beside the FMUs and the command.
+# Additional files in the wheel.
 LICENSES = ("LICENSE-MIT", "LICENSE-APACHE")
 MANIFEST = 'manifest-path = "../Cargo.toml"'
 
-# FMI's names of the platforms that the command is built for, by Rust target.
+# FMI's names of the platforms for which the command is built, by Rust target.
 PLATFORMS = {
     "x86_64-unknown-linux-gnu": "linux64",
     "aarch64-unknown-linux-gnu": "aarch64-linux",
@@ -43,7 +43,7 @@ PLATFORMS = {
 
 
 def host() -> str:
-    """The target that rustc builds for by itself, such as x86_64-unknown-linux-gnu."""
+    """The default target of rustc, such as x86_64-unknown-linux-gnu."""
     rustc = os.environ.get("RUSTC", "rustc")
     try:
         version = subprocess.run([rustc, "-vV"], stdout=subprocess.PIPE, text=True, check=True).stdout
@@ -52,14 +52,14 @@ def host() -> str:
     return next(line.partition(" ")[2] for line in version.splitlines() if line.startswith("host: "))
 
 
-# Where the command of an environment finds the libraries of programs: below the environment's own folder.
+# Where an installed command finds the program libraries, relative to the environment's folder.
 PROGRAMS = pathlib.PurePosixPath("share/plcfmu/programs")
 
 
 def stage(fmus: list[pathlib.Path], programs: pathlib.Path, folder: pathlib.Path, target: str) -> None:
-    """Puts what goes into the wheel together in a new folder: the FMUs and the libraries of programs.
+    """Assembles the contents of the wheel in a new folder, with the FMUs and the program libraries.
 
-    The FMUs do not go into the sources: a package imported from the checkout would find them there, not in target/fmu.
+    The FMUs are not added to the sources: a package imported from the checkout would use them instead of target/fmu.
     """
     if folder.exists():
         shutil.rmtree(folder)
@@ -88,7 +88,7 @@ def environment(target: str) -> dict[str, str]:
         flags.append("-Clink-arg=-Wl,--no-insert-timestamp")
     variables = {**os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
     variables.pop("RUSTFLAGS", None)
-    # The libraries of programs are beside the command, for all platforms, and not in it.
+    # The program libraries, for all platforms, are next to the command instead of inside it.
     variables["PLCFMU_PROGRAMS"] = "beside"
     cache = str(TARGET / "portable" / "zig")
     variables.update(ZIG_GLOBAL_CACHE_DIR=cache, ZIG_LOCAL_CACHE_DIR=cache, CARGO_ZIGBUILD_CACHE_DIR=cache)
@@ -110,7 +110,7 @@ def build(fmus: list[pathlib.Path], programs: pathlib.Path, out: pathlib.Path, t
     own = TARGET / "portable" if target == host() else TARGET / "platforms" / PLATFORMS[target]
     command += ["--target-dir", str(own)]
     if "-linux-" in target:
-        # Runs with glibc 2.17 or newer, as the FMUs do.
+        # Runs with glibc 2.17 or newer, like the FMUs.
         command += ["--zig", "--compatibility", "manylinux2014"]
     done = subprocess.run(command, cwd=staged, env=environment(target))
     if done.returncode != 0:
@@ -120,7 +120,7 @@ def build(fmus: list[pathlib.Path], programs: pathlib.Path, out: pathlib.Path, t
 
 
 def place(content: bytes, path: pathlib.Path) -> pathlib.Path:
-    """Writes a file, which is renamed when it is whole, so that it is never there half written."""
+    """Writes a file under a temporary name and renames it when complete, so that it is never half written."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f"{path.name}.part")
     part.write_bytes(content)
@@ -128,7 +128,7 @@ def place(content: bytes, path: pathlib.Path) -> pathlib.Path:
 
 
 def archive(wheel: pathlib.Path, target: str) -> pathlib.Path:
-    """Puts the command of a wheel, with its licences, into an archive beside the wheel: .zip for Windows, else .tar.gz."""
+    """Packs a wheel's command and licences into an archive next to the wheel: .zip for Windows, otherwise .tar.gz."""
     folder = f"plcfmu-{wheel.name.split('-')[1]}-{PLATFORMS[target]}"
     files = {f"{folder}/README.md": (ROOT / "plcfmu" / "README.md").read_bytes()}
     with zipfile.ZipFile(wheel) as packed:
@@ -136,13 +136,13 @@ def archive(wheel: pathlib.Path, target: str) -> pathlib.Path:
             if ".data/scripts/" in name or ".dist-info/licenses/" in name:
                 files[f"{folder}/{pathlib.PurePosixPath(name).name}"] = packed.read(name)
             elif f".data/data/{PROGRAMS}/" in name:
-                # Beside the command.
+                # Next to the command.
                 files[f"{folder}/programs/{name.partition(f'{PROGRAMS}/')[2]}"] = packed.read(name)
     buffer = io.BytesIO()
     if "-windows-" in target:
         with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as zipped:
             for name, content in sorted(files.items()):
-                # An entry without a time: it would differ each time.
+                # Without a time, which would make each archive different.
                 zipped.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
         return place(buffer.getvalue(), wheel.with_name(f"{folder}.zip"))
     with gzip.GzipFile(fileobj=buffer, mode="wb", mtime=0) as zipped, tarfile.open(fileobj=zipped, mode="w") as packed:

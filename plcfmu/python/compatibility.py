@@ -1,10 +1,10 @@
-"""Writes what others need to try the FMUs in their tools: for each FMU and platform a folder in the layout of the FMI
-cross-check, and the entry of the project in the public list of FMI tools.
+"""Writes the files that others need to try the FMUs in their tools: for each FMU and platform, a folder in the layout of
+the FMI cross-check, and the project's entry in the public list of FMI tools.
 
     compatibility/fmus/2.0/cs/linux64/plcfmu/0.1.0/CONT_C/CONT_C.fmu, CONT_C_in.csv, CONT_C_ref.csv, CONT_C_ref.opt, README.md
     compatibility/tools.json
 
-The reference results are those that are in each FMU: what its own library has answered, a step for each call.
+The reference results are those in each FMU: recorded from its own library, with one step per call.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 TOOL = "plcfmu"
-# The platforms that the cross-check knows.
+# The platforms of the cross-check.
 PLATFORMS = ("linux64", "win64", "darwin64")
 REFERENCES = "extra/org.fmi-standard.fmi-ls-ref"
 
@@ -41,7 +41,7 @@ def reference(package, name):
 
 
 def files(path, version):
-    """The files of an FMU's folder, and for which platforms the FMU is."""
+    """The files of an FMU's folder, and the platforms of the FMU."""
     name = path.stem
     with zipfile.ZipFile(path) as package:
         (start, stop, step), settings = reference(package, name)
@@ -61,7 +61,7 @@ def files(path, version):
 
 
 def entry(address):
-    """The entry in the list of tools; its addresses are where the project is published."""
+    """The entry in the list of tools; `address` is the URL of the published project."""
     return {
         "name": TOOL,
         "license": "osi",
@@ -81,7 +81,7 @@ def entry(address):
 
 
 def write(fmus, out, version, address=""):
-    """Writes the folder. Without an address there is no entry for the list of tools, which needs one."""
+    """Writes the folder. Without an address, it writes no entry for the list of tools, which requires one."""
     for path in sorted(Path(fmus).glob("*.fmu")):
         made, platforms = files(path, version)
         for platform in platforms:

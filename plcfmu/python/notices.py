@@ -1,6 +1,6 @@
-"""The licences of what the command `plcfmu` is linked from: the file NOTICE.txt in the wheel and the archives.
+"""The licences of the code linked into the command `plcfmu`: the file NOTICE.txt in the wheel and the archives.
 
-The crates and their licence texts are those that cargo has built it from.
+The crates and their licence texts are those from which cargo built it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ PLCFMU = pathlib.Path(__file__).resolve().parents[1]
 
 NAME = "NOTICE.txt"
 
-# How the names of licence files begin, in capitals.
+# The beginnings of licence file names, in capitals.
 BEGINNINGS = ("LICENSE", "LICENCE", "UNLICENSE", "COPYING", "COPYRIGHT", "NOTICE")
 
 INTRODUCTION = """\
@@ -40,7 +40,7 @@ NOTICE names.
 
 
 def crates(target: str, package: str = "plcfmu") -> dict[str, dict[str, Any]]:
-    """The crates of others that are linked into a package, by `name version`, as cargo describes them."""
+    """The third-party crates linked into a package, by `name version`, as cargo describes them."""
     options = ["--package", package, "--edges", "normal,no-proc-macro", "--target", target, "--no-dedupe"]
     lines = cargo("tree", *options, "--prefix", "none", "--format", "{p}").splitlines()
     linked = {" ".join(line.split()[:2]) for line in lines}
@@ -55,7 +55,7 @@ def crates(target: str, package: str = "plcfmu") -> dict[str, dict[str, Any]]:
 def texts(folder: pathlib.Path) -> list[str]:
     """The licence texts in the folder of a crate's sources."""
     files = [path for path in folder.iterdir() if path.is_file() and path.name.upper().startswith(BEGINNINGS)]
-    # A crate that consists of fonts has their licences beside them; others have a folder for those of their parts.
+    # A font crate has the licences next to the fonts; other crates have a folder for the licences of their parts.
     files += [*folder.glob("fonts/*.txt"), *folder.glob("licenses/*.txt")]
     return [path.read_text(encoding="utf-8", errors="replace").strip() for path in sorted(files)]
 
@@ -64,14 +64,14 @@ RULE = "-" * 100
 
 
 def licences(linked: dict[str, dict[str, Any]]) -> list[str]:
-    """A line for each crate, and each licence text once."""
+    """A line for each crate, followed by each licence text once."""
     # Copies of the same text differ in their white space.
     different: dict[str, tuple[str, list[str]]] = {}
     for crate, package in linked.items():
         folder = pathlib.Path(package["manifest_path"]).parent
         its = texts(folder)
         if not its and "Apache-2.0" in (package["license"] or "").split(" OR "):
-            # The licence has one text, whoever grants it.
+            # The text of this licence is the same for every licensor.
             its = [(PLCFMU.parent / "LICENSE-APACHE").read_text(encoding="utf-8").strip()]
         if not its:
             sys.exit(f"error: {folder} has no licence text, which {NAME} needs: choose another version of {crate}")
@@ -84,7 +84,7 @@ def licences(linked: dict[str, dict[str, Any]]) -> list[str]:
 
 
 def notices(target: str) -> str:
-    """Everything that has to be said about the licences of the command for a Rust target."""
+    """All licence notices of the command for a Rust target."""
     parts = [INTRODUCTION, *licences(crates(target))]
     for heading, file in (("The notice in each FMU", "NOTICE"), ("The Unicode licence", "LICENSE-UNICODE")):
         parts += ["", RULE, f"{heading}:", "", (PLCFMU / file).read_text(encoding="utf-8").strip()]
@@ -92,13 +92,13 @@ def notices(target: str) -> str:
 
 
 def of_programs(target: str) -> str:
-    """What the FMU of a PLC program says of its library: the file NOTICE-PROGRAM, which `python notices.py` writes."""
+    """The library notices in the FMU of a PLC program: the file NOTICE-PROGRAM, written by `python notices.py`."""
     text = "\n".join([PROGRAM, *licences(crates(target, "program_library"))])
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 
 
 def bill_of_materials(target: str, version: str) -> str:
-    """The crates of others in the command for a Rust target, as CycloneDX 1.6. Without a time: the same sources give the same file."""
+    """The third-party crates in the command for a Rust target, as CycloneDX 1.6, without a timestamp, for reproducibility."""
     command = {"type": "application", "bom-ref": "plcfmu", "name": "plcfmu", "version": version}
     components = [
         {

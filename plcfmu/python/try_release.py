@@ -1,5 +1,5 @@
-"""Tries the wheel and the archive for this machine as a user has them: the wheel in an empty environment, the archive in an empty
-folder, without Rust, packages or settings around. In each, the command builds a program in SCL and runs it.
+"""Tries the wheel and the archive for this machine as a user would: the wheel in an empty environment, the archive in an
+empty folder, without Rust, other packages or settings. In each, the command builds a program in SCL and runs it.
 
     target/venv/bin/python plcfmu/python/try_release.py target/dist
 """
@@ -25,7 +25,7 @@ RUN += ["--record=TankFilling.inletValve", "--out=-"]
 
 
 def of_wheel(wheel: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
-    """Installs the wheel in a new environment, without the packages that only its Python part needs, and gives the command."""
+    """Installs the wheel in a new environment, without the packages that only its Python part needs; returns the command."""
     venv.create(folder, with_pip=False)
     programs = folder / ("Scripts" if os.name == "nt" else "bin")
     pip = [sys.executable, "-m", "pip", "--python", str(programs / "python"), "install", "--quiet"]
@@ -34,7 +34,7 @@ def of_wheel(wheel: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
 
 
 def of_archive(archive: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
-    """Unpacks the archive in a new folder, and gives the command."""
+    """Unpacks the archive in a new folder and returns the command."""
     if archive.suffix == ".zip":
         with zipfile.ZipFile(archive) as packed:
             packed.extractall(folder)
@@ -49,7 +49,7 @@ def attempt(command: pathlib.Path, what: pathlib.Path, folder: pathlib.Path) -> 
     """Builds the program and runs it in a new folder."""
     folder.mkdir()
     (folder / PROGRAM.name).write_bytes((build_wheel.ROOT / PROGRAM).read_bytes())
-    # Windows needs its own folder; nothing else of this machine is known.
+    # Windows needs its system folder; no other setting of this machine is passed on.
     variables = {name: value for name, value in os.environ.items() if name.upper() == "SYSTEMROOT"}
     variables.update(PATH=str(folder), HOME=str(folder), USERPROFILE=str(folder), TMPDIR=str(folder), TEMP=str(folder))
     for arguments in (BUILD, RUN):

@@ -1,4 +1,4 @@
-"""Quality figures of a loop, computed by the command `plcfmu`, so that they are those of the parameter tool and of studies.
+"""Quality figures of a loop, computed by the command `plcfmu` and so the same as in the parameter tool and in studies.
 
 The functions take arrays: the times in seconds and the values at these times.
 """
@@ -19,12 +19,12 @@ Array = NDArray[np.float64]
 
 
 def integral_error(time: Array, pv: Array, sp: Array) -> float:
-    """The integral of sp - pv over time, with its sign, each row held until the next; in the unit of `pv` times s."""
+    """The signed integral of sp - pv over time, each row held until the next, in the unit of `pv` times s."""
     return float(np.sum((sp - pv)[:-1] * np.diff(time)))
 
 
 class Figure(NamedTuple):
-    """A quality figure: its value, and what theory predicts for it."""
+    """A quality figure: its value, and the value predicted by theory."""
 
     name: str
     value: Union[float, str]
@@ -37,13 +37,13 @@ class Figure(NamedTuple):
 
 
 class Figures:
-    """Quality figures in their order. `figures["overshoot"]` is the value of one, `print(figures)` a table."""
+    """Quality figures, in order. `figures["overshoot"]` is the value of one, `print(figures)` prints a table."""
 
     def __init__(self, figures: Iterable[Figure] = ()) -> None:
         self._figures = list(figures)
 
     def add(self, name: str, value: Union[float, str], unit: str = "", theory: Union[None, float, str] = None) -> None:
-        """Adds a figure, with what theory predicts for it."""
+        """Adds a figure, with the value predicted by theory."""
         self._figures.append(Figure(name, value, unit, theory))
 
     def __iadd__(self, more: Figures) -> Figures:
@@ -80,15 +80,15 @@ def step_figures(
     prefix: str = "",
     theory: Optional[Mapping[str, Any]] = None,
 ) -> Figures:
-    """The figures of a setpoint step from `start` to `end`, with which the arrays begin.
+    """The figures of a setpoint step from `start` to `end` at the beginning of the arrays.
 
-    They are those of the parameter tool and of studies, by the same names: rise, overshoot, settling, iae, ise and peak,
-    and with the manipulated value `lmn` also travel. `disturbances` are the times at which something disturbed the loop: the
-    figures of the step end at the first of them, and recovery, disturbed_peak and disturbed_iae are those of the last. A figure that a run does not have is NaN: a loop that has not settled
-    has no settling time. `unit` is that of the process value, such as "K", `travel_unit` that of `lmn`; `prefix` comes
-    before each name; `theory` is what is predicted for some of them, by their names.
+    They have the same names as in the parameter tool and in studies: rise, overshoot, settling, iae, ise and peak, and
+    with the manipulated value `lmn` also travel. `disturbances` are the times of disturbances of the loop: the figures of
+    the step end at the first, and recovery, disturbed_peak and disturbed_iae describe the last. A figure without a value
+    is NaN: a loop that has not settled has no settling time. `unit` is the unit of the process value, such as "K",
+    `travel_unit` that of `lmn`; `prefix` is prepended to each name; `theory` maps names to predicted values.
 
-    Raises CommandNotFoundError if the command `plcfmu`, which computes them, is not there.
+    Raises CommandNotFoundError if the command `plcfmu`, which computes the figures, is not found.
     """
     recorded = {
         "times": np.asarray(time, float).tolist(),

@@ -13,9 +13,10 @@ from .find import Path
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[pathlib.Path]:
-    """Gives the path of a new file beside `path`, to be written; renames it to `path` at the end.
+    """Yields the path of a new file next to `path`, to be written, and renames it to `path` at the end.
 
-    So there is always the old file or the new one. If the block raises, the old file stays. Makes the folder if needed.
+    So `path` is always either the old file or the new one. If the block raises, the old file is kept. Creates the folder
+    if needed.
     """
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,9 +1,9 @@
-"""The file of an FMU by its name.
+"""Finds the file of an FMU by its name.
 
-FMUs are looked for in one folder, the first of these:
+FMUs are searched for in one folder, the first of these:
 
-1. the folder that the caller gives;
-2. the folder that the environment variable PLCFMU_FMUS names;
+1. the folder specified by the caller;
+2. the folder named by the environment variable PLCFMU_FMUS;
 3. the FMUs that were installed with this package;
 4. `target/fmu` of the repository, if the package is imported from a checkout.
 """
@@ -22,7 +22,7 @@ INSTALLED = pathlib.Path(__file__).resolve().parent / "fmus"
 
 
 class FmuNotFoundError(FileNotFoundError):
-    """There is no FMU of this name; says which there are and how to make one."""
+    """No FMU has this name; the message lists the FMUs and explains how to build one."""
 
 
 def checkout() -> Optional[pathlib.Path]:
@@ -34,10 +34,10 @@ def checkout() -> Optional[pathlib.Path]:
 
 
 def fmu_folder(folder: Optional[Path] = None) -> pathlib.Path:
-    """The folder in which FMUs are looked for. It need not exist.
+    """The folder in which FMUs are searched for. It need not exist.
 
-    Raises FmuNotFoundError if no folder is given, PLCFMU_FMUS is not set, no FMU was installed with the package, and
-    the package does not belong to a checkout.
+    Raises FmuNotFoundError if no folder is specified, PLCFMU_FMUS is not set, no FMU was installed with the package, and
+    the package is not part of a checkout.
     """
     if folder is not None:
         return pathlib.Path(folder)
@@ -55,14 +55,14 @@ def fmu_folder(folder: Optional[Path] = None) -> pathlib.Path:
 
 
 def fmu_names(folder: Optional[Path] = None) -> list[str]:
-    """The names of all FMUs that there are, sorted: ["CONT_C", "CONT_S", ...]."""
+    """The names of all available FMUs, sorted: ["CONT_C", "CONT_S", ...]."""
     return sorted(path.stem for path in fmu_folder(folder).glob("*.fmu"))
 
 
 def fmu(name: str, folder: Optional[Path] = None) -> pathlib.Path:
     """The path of an FMU by its name: fmu("CONT_C").
 
-    Raises FmuNotFoundError if there is none; the message says which there are and how to make one.
+    Raises FmuNotFoundError if it does not exist; the message lists the FMUs and explains how to build one.
     """
     place = fmu_folder(folder)
     path = place / f"{name}.fmu"

@@ -1,4 +1,4 @@
-"""FMUs that run: opened by name or path, their variables read and written by name."""
+"""Running FMUs: opened by name or path, with their variables read and written by name."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ WARNING, FATAL = STATUSES.index("Warning"), STATUSES.index("Fatal")
 
 
 class FmuError(RuntimeError):
-    """An FMU cannot be used, or refused a call. The text holds what the FMU logged about it.
+    """An FMU cannot be used, or refused a call. The text includes the messages that the FMU logged.
 
-    `function` and `status` (fmi2Error and fmi3Error are 3) are those of the refused call, `messages` the texts that were logged.
+    `function` and `status` (fmi2Error and fmi3Error are 3) describe the refused call, `messages` are the logged texts.
     """
 
     def __init__(
@@ -43,14 +43,14 @@ class FmuError(RuntimeError):
 
 
 class UnknownVariableError(KeyError):
-    """An FMU has no variable of this name; says which are near, or which there are."""
+    """An FMU has no variable with this name; the message lists similar names, or all."""
 
     def __str__(self) -> str:
         return str(self.args[0])
 
 
 class Variable(NamedTuple):
-    """A variable as the model description has it."""
+    """A variable as declared in the model description."""
 
     name: str
     reference: int
@@ -62,7 +62,7 @@ class Variable(NamedTuple):
 
 
 class _Package(NamedTuple):
-    """An FMU that is unpacked."""
+    """An unpacked FMU."""
 
     path: pathlib.Path
     folder: pathlib.Path
@@ -73,12 +73,12 @@ class _Package(NamedTuple):
 
 
 class Fmus:
-    """FMUs of a folder, and their instances, which are freed at the end of the `with` block.
+    """The FMUs of a folder, and their instances, which are freed at the end of the `with` block.
 
         with plcfmu.Fmus() as fmus:
             furnace = fmus.start("HEATER", T_START=170.0)
 
-    Without a folder, FMUs are looked for as `plcfmu.find` says.
+    Without a folder, FMUs are searched for as described in `plcfmu.find`.
     """
 
     def __init__(self, folder: Optional[Path] = None) -> None:
@@ -106,13 +106,13 @@ class Fmus:
         """A new instance with these start values, initialized and ready for the first step.
 
         `fmu` is the name of an FMU ("CONT_C") or the path of any co-simulation FMU of FMI 2.0 or 3.0
-        ("plants/my_plant.fmu"). One of FMI 3.0 is stepped without Event Mode; an array is a list of its elements, row by row.
-        `name` tells instances apart; by default it is that of the file. `start_time` is in seconds. Variables whose
-        names are no Python names, or are those of parameters of this function, go into `settings`:
+        ("plants/my_plant.fmu"). FMI 3.0 FMUs are stepped without Event Mode; an array is a list of its elements, row by
+        row. `name` distinguishes instances; it defaults to the file's name. `start_time` is in seconds. Variables whose
+        names are not valid Python names, or clash with parameters of this function, go into `settings`:
         {"DI_CONT_C.GAIN": 2.0}.
 
-        Raises FmuNotFoundError, UnknownVariableError, TypeError for a value that is not of the variable's type, and
-        FmuError if the FMU cannot be used here or refuses a value.
+        Raises FmuNotFoundError, UnknownVariableError, TypeError for a value of the wrong type, and FmuError if the FMU
+        cannot be used here or refuses a value.
         """
         given = os.fspath(fmu)
         if given.lower().endswith(".fmu") or not isinstance(fmu, str):
@@ -139,7 +139,7 @@ class Fmus:
 
 
 class Instance:
-    """One FMU that runs; made by `Fmus.start`.
+    """A running FMU; created by `Fmus.start`.
 
     `furnace["TEMP"]` reads a variable, `furnace["CYCLE"] = 0.1` writes one, and `furnace.step(t, h, POWER=50.0)`
     sets inputs and steps. `name` is the instance's name, `variables` are its variables by name.
@@ -159,7 +159,7 @@ class Instance:
         try:
             is_3 = package.version.startswith("3")
             self._slave = Slave3(self._log.messages, **options) if is_3 else fmi2.FMU2Slave(**options)
-        except Exception as error:  # FMPy has no type of its own for a library that cannot be loaded
+        except Exception as error:  # FMPy has no exception type for a library that cannot be loaded
             raise FmuError(f"{package.path}: {error}") from error
         numbers = NUMBERS if is_3 else ("Real", "Integer")
         types = (*numbers, "Boolean", "String")
@@ -172,7 +172,7 @@ class Instance:
     def _start(self, settings: Mapping[str, Any], start_time: float) -> None:
         try:
             self._slave.instantiate(callbacks=self._log.callbacks, loggingOn=True)
-        except Exception as error:  # FMPy has no type of its own for this
+        except Exception as error:  # FMPy has no exception type for this
             raise FmuError(f"{self.name} cannot be instantiated", messages=self._log.take()) from error
         self._open = True
         self._call(self._slave.setupExperiment, startTime=start_time)
@@ -181,22 +181,22 @@ class Instance:
         self._call(self._slave.exitInitializationMode)
 
     def close(self) -> None:
-        """Ends and frees the instance. Does nothing the second time."""
+        """Terminates and frees the instance. Further calls have no effect."""
         if not self._open:
             return
         self._open = False
-        # An FMU that has refused a step may refuse this too; it is freed all the same.
+        # An FMU that has refused a step may also refuse this; it is freed anyway.
         with contextlib.suppress(FMICallException):
             self._slave.terminate()
         self._slave.freeInstance()
 
     def _call(self, function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
-        """Calls the FMU. What it logs goes into the error, or to the logger "plcfmu" if it succeeds."""
+        """Calls the FMU. Its log messages go into the error or, on success, to the logger "plcfmu"."""
         try:
             result = function(*arguments, **options)
         except FMICallException as error:
             if error.status == FATAL:
-                self._open = False  # nothing may be called any more, the function that frees it included
+                self._open = False  # no function may be called any more, not even the one that frees it
             refused = f"{self.name}: {error.function} returned {_status(error)}"
             raise FmuError(refused, error.function, error.status, self._log.take()) from None
         if self._log.messages:
@@ -206,7 +206,7 @@ class Instance:
         return result
 
     def variable(self, name: str) -> Variable:
-        """A variable by name; raises UnknownVariableError, which says what is near or what there is."""
+        """A variable by name; raises UnknownVariableError, which lists similar names, or all."""
         try:
             return self.variables[name]
         except KeyError:
@@ -218,14 +218,14 @@ class Instance:
         return name in self.variables
 
     def __getitem__(self, name: str) -> Any:
-        """The value of a variable: float, int, bool or str as its type says; a TIME is in seconds."""
+        """The value of a variable: float, int, bool or str, depending on its type; a TIME is in seconds."""
         return self.get([name])[name]
 
     def __setitem__(self, name: str, value: Any) -> None:
         self.set({name: value})
 
     def get(self, names: Union[str, Iterable[str]]) -> dict[str, Any]:
-        """The values of several variables by name, those of one type read in one call: get("LMN LMN_P LMN_I")."""
+        """The values of several variables by name, with one call per type: get("LMN LMN_P LMN_I")."""
         chosen = [self.variable(name) for name in split(names)]
         values: dict[str, Any] = {}
         for type_, getter in self._getters.items():
@@ -247,12 +247,12 @@ class Instance:
         return self._getters[variable.type]
 
     def set(self, values: Optional[Mapping[str, Any]] = None, /, **more_values: Any) -> None:
-        """Sets variables by name, those of one type in one call: set(GAIN=2.0, MAN_ON=False).
+        """Sets variables by name, with one call per type: set(GAIN=2.0, MAN_ON=False).
 
-        Names that are no Python names go into a mapping: set({"DI_CONT_C.GAIN": 2.0}).
+        Names that are not valid Python names go into a mapping: set({"DI_CONT_C.GAIN": 2.0}).
 
-        Raises UnknownVariableError; TypeError for a value that is not of the variable's type; FmuError if the FMU
-        refuses a value, with its reason. If names or types are wrong, nothing is set.
+        Raises UnknownVariableError; TypeError for a value of the wrong type; FmuError if the FMU refuses a value, with
+        its reason. If any name or type is wrong, nothing is set.
         """
         groups: dict[str, list[tuple[int, Any]]] = {}
         arrays: list[tuple[Variable, list[Any]]] = []
@@ -279,14 +279,14 @@ class Instance:
     def step(self, t: float, h: float, /, **inputs: Any) -> None:
         """Sets inputs and steps from `t` to `t + h`, in seconds.
 
-        Raises as `set` does, and FmuError if the FMU refuses the step.
+        Raises the same errors as `set`, and FmuError if the FMU refuses the step.
         """
         if inputs:
             self.set(inputs)
         self._call(self._slave.doStep, t, h)
 
     def _to_c(self, variable: Variable, value: Any) -> Any:
-        """A value as FMPy passes it; no value changes on the way but for the type of a number."""
+        """Converts a value for FMPy; only the type of a number changes, never its value."""
         try:
             return _CONVERSIONS[variable.type](value)
         except (TypeError, ValueError):
@@ -355,18 +355,18 @@ def _status(error: FMICallException) -> str:
 
 
 def split(names: Union[str, Iterable[str]]) -> list[str]:
-    """Names, given one by one or in one string with blanks between them."""
+    """Splits names that are given as a list or as one string separated by blanks."""
     return names.split() if isinstance(names, str) else list(names)
 
 
 def _unpacked(path: pathlib.Path) -> _Package:
     """Reads and unpacks an FMU; raises FmuError if it cannot run here."""
     try:
-        # Tools write descriptions that break a rule here and there and run all the same.
+        # Tools write descriptions that break some rules, but still run.
         description = fmpy.read_model_description(str(path), validate=False)
     except (zipfile.BadZipFile, KeyError) as error:
         raise FmuError(f"{path} is not an FMU: {error}") from error
-    except Exception as error:  # FMPy has no type of its own for a bad modelDescription.xml
+    except Exception as error:  # FMPy has no exception type for a bad modelDescription.xml
         raise FmuError(f"{path}: its modelDescription.xml cannot be read: {error}") from error
     version = description.fmiVersion
     if not version.startswith(("2.", "3.")) or description.coSimulation is None:

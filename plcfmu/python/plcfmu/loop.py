@@ -2,11 +2,11 @@
 
 Every loop is wired like a PLC program. In each communication step, from t to t + step,
 
-1. the controllers are stepped, in their order: their calls at t see the process values of t;
-2. a row is recorded: what the controllers saw and gave in their calls at t;
-3. the plants are stepped, in their order, over the same time with the manipulated values that these calls gave.
+1. the controllers are stepped, in order: their calls at t use the process values at t;
+2. a row is recorded: what the controllers read and returned in their calls at t;
+3. the plants are stepped, in order, over the same time with the manipulated values from these calls.
 
-Stepped the other way round the loop works too, but has one step more of dead time.
+In the reverse order, the loop also works, but has one more step of dead time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Recorded = Union[str, Callable[[float], Any]]
 
 
 def clock(duration: float, step: float, title: str = "") -> Iterator[float]:
-    """The times 0, step, 2 step, ... before `duration`, in seconds; with a progress bar if somebody is watching."""
+    """The times 0, step, 2 step, ... before `duration`, in seconds; with a progress bar on a terminal."""
     if not step > 0.0 or not duration >= 0.0:
         raise ValueError(f"a duration of {duration} s in steps of {step} s: the step must be greater than 0")
     for number in tqdm(range(round(duration / step)), desc=title or None, unit=" steps", disable=None):
@@ -42,20 +42,20 @@ def simulate(
     record: Union[None, str, Iterable[str], Mapping[str, Recorded]] = None,
     title: str = "",
 ) -> Result:
-    """Runs a closed loop for `duration` seconds in steps of `step` seconds, from the time 0.
+    """Runs a closed loop for `duration` seconds in steps of `step` seconds, from time 0.
 
     Variables are named INSTANCE.VARIABLE, such as "CONT_C.LMN".
 
-    - `connections`: from a variable to another, or to several: {"CONT_C.LMN": "HEATER.POWER"}. An FMU sees what those
-      before it gave in this step, and what those after it gave in the last one.
-    - `inputs`: what no FMU gives. A constant; a list of steps, [(0.0, 170.0), (60.0, 180.0)], of which each holds from
-      its time in seconds on; or a function of the time, called just before the step of a controller, or, for a plant,
-      after the controllers' steps, so that it may read other instances: {"CONT_C.SP_INT": lambda t: 0.5 * pump["FLOW"]}.
-    - `record`: the variables that the result shall have; by default the inputs and all that is connected. A mapping
-      renames them, and takes functions of the time: {"PV": "CONT_C.PV", "SUM": lambda t: a["LMN"] + b["LMN"]}.
-    - `title` stands beside the progress bar.
+    - `connections`: from one variable to another, or to several: {"CONT_C.LMN": "HEATER.POWER"}. An FMU sees the outputs
+      of the FMUs before it from this step, and those of the FMUs after it from the previous step.
+    - `inputs`: values that no FMU provides. A constant; a list of steps, [(0.0, 170.0), (60.0, 180.0)], each held from
+      its time in seconds; or a function of time, called just before a controller's step or, for a plant, after the
+      controllers' steps, so that it may read other instances: {"CONT_C.SP_INT": lambda t: 0.5 * pump["FLOW"]}.
+    - `record`: the variables in the result; by default, the inputs and the connected outputs. A mapping renames them,
+      and accepts functions of time: {"PV": "CONT_C.PV", "SUM": lambda t: a["LMN"] + b["LMN"]}.
+    - `title`: the label of the progress bar.
 
-    Raises ValueError for a loop that is not wired well, UnknownVariableError, and FmuError with the FMU's message.
+    Raises ValueError for a wrongly wired loop, UnknownVariableError, and FmuError with the FMU's message.
     """
     loop = _Loop(_listed(controllers), _listed(plants))
     for source, destinations in connections.items():
@@ -100,7 +100,7 @@ class _Loop:
                     f'fmus.start("{instance.name}", name="{instance.name}_2")'
                 )
             self.instances[instance.name] = instance
-        # By the name of the receiving instance and its variable.
+        # By the receiving instance's name and its variable.
         self.connected: dict[str, dict[str, tuple[Instance, str]]] = {name: {} for name in self.instances}
         self.functions: dict[str, dict[str, Callable[[float], Any]]] = {name: {} for name in self.instances}
         self.given: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
@@ -142,7 +142,7 @@ class _Loop:
         instance.set({**values, **self.given[instance.name]})
 
     def reader(self, source: Recorded) -> Callable[[float], Any]:
-        """What gives the value of a column. An input is recorded as given, not as the FMU rounds it."""
+        """Returns a function that reads the value of a column. An input is recorded as set, not as rounded by the FMU."""
         if not isinstance(source, str):
             return source
         instance, name = self.find(source)
@@ -156,7 +156,7 @@ def _listed(instances: Union[Instance, Sequence[Instance]]) -> list[Instance]:
 
 
 def _function(value: Input, step: float) -> Callable[[float], Any]:
-    """An input as a function of the time."""
+    """An input as a function of time."""
     if callable(value):
         return value
     if not isinstance(value, Sequence):

@@ -1,4 +1,4 @@
-"""What an FMU logs, kept for the instance that it belongs to."""
+"""Collects the log messages of FMUs by instance."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Message(NamedTuple):
 
 
 class Log:
-    """The messages of one instance, and the callbacks by which it logs them here.
+    """The messages of one instance, and the callbacks through which it logs them.
 
-    Without `memory` the callbacks have no functions for memory, which an FMU needs unless it says
+    Without `memory`, the callbacks have no memory functions, which an FMU needs unless it declares
     canNotUseMemoryManagementFunctions.
     """
 
@@ -44,7 +44,7 @@ class Log:
         _add_proxy(self.callbacks)
 
     def take(self) -> list[Message]:
-        """The messages since the last call of this function."""
+        """Returns the messages since the last call of this method."""
         taken = list(self.messages)
         self.messages.clear()
         return taken
@@ -68,9 +68,9 @@ _callback = fmi2.fmi2CallbackLoggerTYPE(_log)
 
 
 def _add_proxy(callbacks: fmi2.fmi2CallbackFunctions) -> None:
-    """Has messages formatted in C, since Python cannot take a variable number of arguments.
+    """Formats messages in C, since a Python callback cannot have a variable number of arguments.
 
-    FMPy has one such proxy in a process, so all instances share the callback and differ by their environment.
+    FMPy has one such proxy per process, so all instances share the callback and are distinguished by their environment.
     """
     try:
         from fmpy.logging import addLoggerProxy

@@ -1,10 +1,10 @@
-"""The parameters of control loops from the files of a PLC project, read by the command `plcfmu`.
+"""Reads the parameters of control loops from the files of a PLC project with the command `plcfmu`.
 
-The command is looked for in this order:
+The command is searched for in this order:
 
-1. the program that the environment variable PLCFMU_COMMAND names;
-2. the one that was installed with this package, in the same Python environment;
-3. what `cargo build` made last in the repository, if the package is imported from a checkout;
+1. the program named by the environment variable PLCFMU_COMMAND;
+2. the one installed with this package, in the same Python environment;
+3. the latest result of `cargo build` in the repository, if the package is imported from a checkout;
 4. `plcfmu` on the PATH.
 """
 
@@ -29,27 +29,27 @@ PROGRAM = "plcfmu.exe" if os.name == "nt" else "plcfmu"
 
 
 class CommandNotFoundError(FileNotFoundError):
-    """The command `plcfmu` is not there; says how to get it."""
+    """The command `plcfmu` was not found; the message explains how to get it."""
 
 
 class ParameterError(ValueError):
-    """A file has no parameters that can be used. The text is what the command says, with file, line and column."""
+    """A file has no usable parameters. The text is the command's error, with file, line and column."""
 
 
 def params(
     file: Path, *, block: Optional[str] = None, loop: Optional[str] = None, offset: int = 0
 ) -> dict[str, dict[str, Value]]:
-    """The inputs and parameters of the loops of a file, by the names of the FMU: `params("plant.awl")["TIC101"]["GAIN"]`.
+    """The inputs and parameters of the loops in a file, by their names in the FMU: `params("plant.awl")["TIC101"]["GAIN"]`.
 
-    `file` is a STEP 7 or TIA Portal source, TIA Openness XML, a dump of a data block, JSON, SSV, an FMU, or a data block of
-    a PLC ("s7://192.168.0.1/0/2/DB41"). `block` says of which block the loops are where the file does not ("CONT_C",
-    "FB 41"). `loop` names one of several loops, or the one to which the file gives no name. `offset` is the byte at which
-    the instance begins in a dump or in a PLC's data block.
+    `file` is a STEP 7 or TIA Portal source, TIA Openness XML, a data block dump, JSON, SSV, an FMU, or a data block of a
+    PLC ("s7://192.168.0.1/0/2/DB41"). `block` is the block of the loops, if the file does not specify it ("CONT_C",
+    "FB 41"). `loop` selects one of several loops, or names a loop that the file leaves unnamed. `offset` is the byte at
+    which the instance begins in a dump or in a PLC's data block.
 
-    A TIME is in seconds. What the file does not set has the block's start value, so each loop is complete. What the command
-    remarks or warns of goes to the logger "plcfmu".
+    A TIME is in seconds. Values that the file does not set have the block's start value, so each loop is complete. The
+    command's remarks and warnings go to the logger "plcfmu".
 
-    Raises ParameterError, and CommandNotFoundError if the command `plcfmu` is not there.
+    Raises ParameterError, and CommandNotFoundError if the command `plcfmu` is not found.
     """
     arguments = ["params", "--json", f"--offset={offset}"]
     if block is not None:
@@ -66,7 +66,7 @@ def params(
 
 
 def command() -> pathlib.Path:
-    """The program `plcfmu`. Raises CommandNotFoundError if it is in none of the places that this module names."""
+    """The program `plcfmu`. Raises CommandNotFoundError if it is in none of the places listed in this module."""
     if os.environ.get(VARIABLE):
         given = pathlib.Path(os.environ[VARIABLE])
         if not given.is_file():
@@ -88,13 +88,13 @@ def command() -> pathlib.Path:
 
 
 def called(program: pathlib.Path, *arguments: str, given: str = "") -> subprocess.CompletedProcess[str]:
-    """What the program has said when it has ended. `given` is its standard input."""
+    """Runs the program and returns its output. `given` is its standard input."""
     call = [os.fspath(program), *arguments]
     return subprocess.run(call, input=given, capture_output=True, text=True, encoding="utf-8")
 
 
 def reason(done: subprocess.CompletedProcess[str]) -> str:
-    """Why a program failed: its error, or how it ended if it said nothing. What it only warns of comes before the error."""
+    """Why a program failed: its error without the warnings before it, or how it ended if it printed nothing."""
     said = re.split(r"^error: ", done.stderr, maxsplit=1, flags=re.MULTILINE)[-1].strip()
     if done.returncode < 0:
         said = f"{said} ({done.args[0]} was ended by signal {-done.returncode})".strip()

@@ -1,4 +1,4 @@
-"""Pictures of loops, fit for a report: the same colour for the same thing in all of them.
+"""Pictures of loops for reports, with consistent colours.
 
 matplotlib is loaded with the first picture.
 
@@ -30,43 +30,43 @@ if TYPE_CHECKING:
 
     from .result import Result
 
-# The colours of curves, as the charts and pages of this project have them.
+# The colours of curves, as in the charts and pages of this project.
 PALETTE = (pathlib.Path(__file__).parent / "palette.css").read_text(encoding="utf-8")
 
 
 def color(number: int) -> str:
-    """The colour of a curve on light paper, from 1."""
+    """The colour of a curve on a light background; `number` begins at 1."""
     found = re.search(rf"--curve-{number}-light: (#\w+);", PALETTE)
     assert found, number
     return found[1]
 
 
 # How the signals of a loop are drawn: arguments of matplotlib's plot(). The colours are those of Okabe and Ito, which
-# people with any kind of colour blindness can tell apart; two are darker here, to be seen on white. The charts of the FMUs' pages
-# have the same for the parts of LMN.
+# people with any kind of colour blindness can tell apart; two are darker here, for contrast on white. The charts on the
+# FMUs' pages use the same colours for the parts of LMN.
 SETPOINT: dict[str, Any] = {"color": "#333333", "linestyle": (0, (4, 2)), "linewidth": 1.1}
 PROCESS_VALUE: dict[str, Any] = {"color": color(1), "linewidth": 1.6}
 MANIPULATED: dict[str, Any] = {"color": color(2), "linewidth": 1.4}
 P_PART: dict[str, Any] = {"color": color(4), "linewidth": 1.2}
 I_PART: dict[str, Any] = {"color": color(3), "linewidth": 1.2}
 D_PART: dict[str, Any] = {"color": color(5), "linewidth": 1.2}
-# The signal used for comparison, such as that of the same loop with other settings.
+# A signal for comparison, such as that of the same loop with other settings.
 COMPARED: dict[str, Any] = {"color": "#8c8c8c", "linewidth": 1.2}
 
-# How pulses are drawn: arguments of pulses() and fill_between(). The second one is for the pulses that act against the
-# first: cooling against heating, closing against opening.
+# How pulses are drawn: arguments of pulses() and fill_between(). The second style is for the opposite pulses: cooling
+# as opposed to heating, closing as opposed to opening.
 PULSE: dict[str, Any] = {"color": MANIPULATED["color"], "linewidth": 0.3}
 OPPOSITE_PULSE: dict[str, Any] = {"color": color(6), "linewidth": 0.3}
 
-# How spans of time are shaded: arguments of mark().
+# How time spans are shaded: arguments of mark().
 SPAN: dict[str, Any] = {"color": "#f6eedb", "linewidth": 0}
 MANUAL: dict[str, Any] = {"color": "#e3ecf5", "linewidth": 0}
 
-# The size in inches, 16:9, and the pixels to the inch.
+# The size in inches, 16:9, and the pixels per inch.
 SIZE = (8.0, 4.5)
 DOTS_PER_INCH = 200
 
-# Matplotlib's settings while a picture is drawn.
+# The matplotlib settings for drawing a picture.
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
@@ -85,7 +85,7 @@ STYLE: Any = {
     "figure.constrained_layout.h_pad": 0.05,
     "figure.constrained_layout.w_pad": 0.06,
     "figure.dpi": DOTS_PER_INCH,
-    # The same picture gives the same bytes.
+    # The same picture yields the same bytes.
     "svg.hashsalt": "plcfmu",
 }
 TEXT_COLOR = "#4d4d4d"
@@ -101,12 +101,12 @@ def picture(
     columns: int = 1,
     same_time: bool = True,
 ) -> Iterator[Any]:
-    """Gives one set of axes under the other to draw on, and writes the picture to `path` at the end.
+    """Yields axes arranged below each other to draw on, and writes the picture to `path` at the end.
 
-    `title` says what one sees. `labels` are those of the vertical axes, with their units; they stand above the axes.
-    `heights` are the shares of the height. The horizontal axis is the time in seconds, shared by all unless `same_time`
-    is False. `size` is in inches. With more than one column the axes are an array of rows and columns, and a label is
-    that of a row. The formats are those of `save`; None writes no file.
+    `title` describes the picture. `labels` are the labels of the vertical axes, with units; they are placed above the
+    axes. `heights` are the shares of the height. The horizontal axis is the time in seconds, shared by all axes unless
+    `same_time` is False. `size` is in inches. With more than one column, the axes are an array of rows and columns, with
+    one label per row. The formats are those of `save`; None writes no file.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -134,7 +134,7 @@ def picture(
 
 
 def _end_at_tick(axes: Any) -> None:
-    """Lets the horizontal axis end at a tick if a round step leads there: the row at 599 s holds until 600 s."""
+    """Extends the horizontal axis to a tick if a round step permits: the row at 599 s holds until 600 s."""
     from matplotlib.ticker import FixedLocator, MultipleLocator
 
     left, right = axes.get_xlim()
@@ -152,7 +152,7 @@ def _end_at_tick(axes: Any) -> None:
 
 
 def label(axes: Any, text: str) -> None:
-    """Names the vertical axis, above it, where the text has room and need not be turned to be read."""
+    """Labels the vertical axis above it, where the text has room and need not be rotated."""
     from matplotlib.transforms import ScaledTranslation
 
     above = axes.transAxes + ScaledTranslation(0.0, 3.5 / 72.0, axes.figure.dpi_scale_trans)
@@ -161,7 +161,7 @@ def label(axes: Any, text: str) -> None:
 
 
 def legend(axes: Any, **options: Any) -> None:
-    """A legend above the axes at the right, where it covers no curve."""
+    """Adds a legend above the axes on the right, where it covers no curve."""
     handles, labels = axes.get_legend_handles_labels()
     settings = {
         "loc": "lower right",
@@ -183,10 +183,10 @@ def mark(
     style: Optional[dict[str, Any]] = None,
     at: Optional[tuple[float, float]] = None,
 ) -> None:
-    """Shades a span of time, such as that of manual mode, in all axes, and names it in the first one.
+    """Shades a time span, such as manual mode, in all axes, and labels it in the first.
 
-    The text is at the upper left corner of the span, or at (time, share of the height). `style` is SPAN by default, or
-    MANUAL.
+    The text is in the upper left corner of the span, or at `at`: (time, share of the height). `style` is SPAN by default,
+    or MANUAL.
     """
     axes = list(axes)
     for each in axes:
@@ -195,9 +195,9 @@ def mark(
 
 
 def event(axes: Iterable[Any], time: float, text: str, height: float = 1.0) -> None:
-    """A line in all axes at the time of an event, such as a disturbance, and its name in the first one.
+    """Draws a line in all axes at the time of an event, such as a disturbance, and its name in the first.
 
-    The text is at the right of the line; `height` is that of its upper edge, as a share of the axes' height.
+    The text is to the right of the line; `height` is the height of its upper edge, as a share of the axes' height.
     """
     axes = list(axes)
     for each in axes:
@@ -221,7 +221,7 @@ def pulses(
     """Draws a Boolean signal as bars from `base`, `height` high; each value is held until the next time."""
     is_on = np.concatenate([[False], np.asarray(signal) > 0.5, [False]])
     starts, ends = np.flatnonzero(np.diff(is_on)).reshape(-1, 2).T
-    # The last value is held for no time.
+    # The last value has no duration.
     until = np.append(time, time[-1:])
     spans = np.column_stack([time[starts], until[ends] - time[starts]])
     axes.broken_barh(spans, (base, height), **style)
@@ -230,7 +230,7 @@ def pulses(
 def save(figure: Picture, path: Path) -> None:
     """Writes a picture in the format of the path's suffix; without a suffix, as .png and as .svg.
 
-    A PNG has 200 pixels to the inch. Each file is complete or not there at all, and the same picture gives the same
+    A PNG has 200 pixels per inch. Each file is written completely or not at all, and the same picture yields the same
     bytes.
     """
     import matplotlib
@@ -250,9 +250,9 @@ def save(figure: Picture, path: Path) -> None:
 
 @contextlib.contextmanager
 def _settled(figure: Picture) -> Iterator[None]:
-    """Rounds the places of the axes for the time of a drawing.
+    """Rounds the positions of the axes while a picture is drawn.
 
-    What the layout computes differs in the last bits from run to run, and the names in an SVG would differ with it.
+    The computed layout differs in the last bits from run to run, which would change the names in an SVG.
     """
     engine = figure.get_layout_engine()
     figure.draw_without_rendering()
@@ -272,7 +272,7 @@ def draw(
     path: Optional[Path],
     title: str,
 ) -> Picture:
-    """Draws signals over time, held from row to row, one panel under the other; Booleans as lanes.
+    """Draws signals over time, held from row to row, in panels below each other; Booleans as lanes.
 
     `panels` are the signals of each panel, or a mapping from its label to them.
     """
@@ -283,7 +283,7 @@ def draw(
         labels = [_label(result, names) for names in panels]
     lanes = [all(result.signal(name).is_boolean for name in names) for names in panels]
     heights = [0.2 + 0.15 * len(names) if is_lanes else 1.0 for is_lanes, names in zip(lanes, panels)]
-    # More than three panels need more height than 16:9 gives them.
+    # More than three panels need more height than 16:9 allows.
     size = SIZE[0], max(SIZE[1], 0.9 + 1.2 * sum(heights))
     with picture(path, title, labels, heights, size) as axes:
         for each, names, is_lanes in zip(axes, panels, lanes):
@@ -310,7 +310,7 @@ def _draw_lanes(axes: Any, result: Result, names: Sequence[str]) -> None:
 
 
 def _label(result: Result, names: Sequence[str]) -> str:
-    """The label of an axis: the unit, if the signals have one in common, else their names; none for Booleans."""
+    """The label of an axis: the common unit of the signals, otherwise their names; empty for Booleans."""
     if all(result.signal(name).is_boolean for name in names):
         return ""
     units = {result.signal(name).unit for name in names} - {None}

@@ -1,4 +1,4 @@
-"""FMUs of PLC programs in SCL, made by the command `plcfmu`."""
+"""Builds FMUs from PLC programs in SCL with the command `plcfmu`."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ Option = Union[str, int, Sequence[str]]
 
 
 class BuildError(ValueError):
-    """A program is wrong. The text is what the command says, with file, line and column."""
+    """A program has errors. The text is the command's output, with file, line and column."""
 
 
 def build(
     sources: Union[Path, Sequence[Path]], *, cycle: Union[str, Sequence[str]], out: Path = ".", **options: Option
 ) -> pathlib.Path:
-    """Packs a program as an FMU in the folder `out`, and gives its path: build("machine.scl", cycle="100ms").
+    """Packs a program as an FMU in the folder `out`, and returns its path: build("machine.scl", cycle="100ms").
 
-    `sources` are one file or all files of the program. `options` are those of `plcfmu build` by their names, a text or a list of
-    texts each: fb="Motor", tag=["Start : Bool", "Lamp : Bool"]. What the command warns of goes to the logger "plcfmu".
+    `sources` is one file or all files of the program. `options` are the options of `plcfmu build` by name, each a string
+    or a list of strings: fb="Motor", tag=["Start : Bool", "Lamp : Bool"]. The command's warnings go to the logger
+    "plcfmu".
 
-    Raises BuildError, and CommandNotFoundError if the command `plcfmu` is not there.
+    Raises BuildError, and CommandNotFoundError if the command `plcfmu` is not found.
     """
     files = [sources] if isinstance(sources, (str, os.PathLike)) else list(sources)
     arguments = ["build", f"--out={os.fspath(out)}"]

@@ -1,4 +1,4 @@
-"""Signals over time: what a run gives."""
+"""Signals over time: the result of a run."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .find import Path
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
 
-# Times that differ by less are the same, in seconds: they are sums of steps, and rounded.
+# Times that differ by less than this, in seconds, are equal: they are rounded sums of steps.
 TOLERANCE = 1e-6
 
 
 class Signal(NamedTuple):
-    """What a picture needs to know of a signal."""
+    """The properties of a signal that a picture needs."""
 
     unit: Optional[str] = None  # physical unit, such as "degC"
     is_boolean: bool = False
@@ -29,10 +29,10 @@ class Signal(NamedTuple):
 
 
 class Result:
-    """The time in seconds and the signals over it; numbers, FALSE and TRUE as 0 and 1.
+    """The time in seconds and the signals over it: numbers, with FALSE and TRUE as 0 and 1.
 
-    `result["CONT_C.LMN"]` is a signal and `result.time` the time, each a numpy array with one value a row. `quality`
-    is a place for the figures that belong to the run.
+    `result["CONT_C.LMN"]` is a signal and `result.time` the time, each a numpy array with one value per row. `quality`
+    may hold figures of the run.
     """
 
     def __init__(self) -> None:
@@ -42,19 +42,19 @@ class Result:
         self._signals: dict[str, Signal] = {}
 
     def describe(self, name: str, unit: Optional[str] = None, is_boolean: bool = False, is_input: bool = False) -> None:
-        """Says of a signal what a picture needs to know.
+        """Sets the properties of a signal that a picture needs.
 
-        That is its physical unit, such as "degC"; whether it is a Boolean; and whether it is an input of the loop, such
+        They are its physical unit, such as "degC"; whether it is a Boolean; and whether it is an input of the loop, such
         as a setpoint, which is drawn dashed.
         """
         self._signals[name] = Signal(unit, is_boolean, is_input)
 
     def signal(self, name: str) -> Signal:
-        """What `describe` has said of a signal."""
+        """The properties set by `describe`."""
         return self._signals.get(name, Signal())
 
     def add(self, time: float, signals: Optional[Mapping[str, Any]] = None, /, **more_signals: Any) -> None:
-        """Adds a row. All rows have the same signals; ValueError if this one has not, or a value is not a number."""
+        """Adds a row. Raises ValueError if its signals differ from those of other rows, or a value is not a number."""
         row = {"time": time, **(signals or {}), **more_signals}
         values = {name: float(value) for name, value in row.items()}
         if not self._rows:
@@ -87,7 +87,7 @@ class Result:
         return self["time"]
 
     def between(self, start: float, end: float) -> Result:
-        """The rows of start <= time < end, as a result of its own. Rounding of the times does not matter."""
+        """A new result with the rows of start <= time < end, tolerating rounded times."""
         part = Result()
         part._signals = self._signals
         if self._rows:
@@ -108,10 +108,11 @@ class Result:
         prefix: str = "",
         theory: Optional[Mapping[str, Any]] = None,
     ) -> Figures:
-        """The quality figures of a setpoint step, with which the rows begin, as `figures.step_figures` describes them.
+        """The quality figures of the setpoint step at the beginning of the rows, see `figures.step_figures`.
 
-        The process value `pv` goes from `start` to `end`; by default from its first value to the last setpoint. `lmn` is
-        the manipulated value; `disturbances` are the times at which something disturbed the loop. `unit` is that of a difference of process values, such as "K", by default that of `pv`.
+        The process value `pv` goes from `start` to `end`; by default, from its first value to the last setpoint. `lmn` is
+        the manipulated value; `disturbances` are the times of disturbances. `unit` is the unit of a difference of process
+        values, such as "K"; by default, that of `pv`.
         """
         start = float(self[pv][0]) if start is None else start
         end = float(self[sp][-1]) if end is None else end
@@ -131,10 +132,10 @@ class Result:
         )
 
     def to_csv(self, path: Path, digits: Optional[int] = None) -> None:
-        """Writes the time and all signals, one row a line.
+        """Writes the time and all signals, one row per line.
 
-        Without `digits` the numbers read back are the same bit for bit; 9 digits are enough for a REAL. The file is
-        complete or not there at all.
+        Without `digits`, the numbers read back bit-identical; 9 digits are enough for a REAL. The file is written
+        completely or not at all.
         """
         with replacing(path) as beside, open(beside, "w", newline="", encoding="utf-8") as file:
             table = csv.writer(file, lineterminator="\n")
@@ -144,7 +145,7 @@ class Result:
 
     @classmethod
     def from_csv(cls, path: Path) -> Result:
-        """Reads what `to_csv` wrote; any CSV file with numbers and the column "time" is taken."""
+        """Reads a file written by `to_csv`, or any CSV file of numbers with a column "time"."""
         result = cls()
         with open(path, newline="", encoding="utf-8") as file:
             for row in csv.DictReader(file):
@@ -162,9 +163,9 @@ class Result:
     ) -> Picture:
         """Draws the signals over time, held from row to row, and returns the matplotlib figure.
 
-        `panels` are the names of the signals in each panel, or a mapping from the panel's label to them; by default
-        signals of one unit share a panel, and so do the Booleans. With a path the picture is written there, as PNG, SVG
-        or PDF by its suffix; without a suffix, as PNG and SVG.
+        `panels` are the names of the signals in each panel, or a mapping from panel labels to them; by default, signals
+        with the same unit share a panel, and so do the Booleans. With a path, the picture is written there, as PNG, SVG
+        or PDF depending on its suffix; without a suffix, as PNG and SVG.
         """
         from . import plot
 

@@ -1,4 +1,4 @@
-"""An instance of FMI 3.0 with the calls that `instance` makes of one of FMI 2.0. It is stepped without Event Mode."""
+"""An FMI 3.0 instance with the methods that `instance` calls on an FMI 2.0 instance, stepped without Event Mode."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ERROR = 3  # fmi3Error
 
 
 class Slave3(fmi3.FMU3Slave):
-    """An FMI 3.0 FMU for co-simulation. What it logs goes to `messages`."""
+    """An FMI 3.0 FMU for co-simulation. Its log messages go to `messages`."""
 
     def __init__(self, messages: list[Message], **options: Any) -> None:
         super().__init__(**options)
@@ -22,7 +22,7 @@ class Slave3(fmi3.FMU3Slave):
         self._start_time = 0.0
 
     def instantiate(self, callbacks: Any = None, loggingOn: bool = False) -> None:
-        """`fmi3InstantiateCoSimulation`; FMI 3.0 has no other callbacks than the one that logs."""
+        """Calls `fmi3InstantiateCoSimulation`; of the callbacks, FMI 3.0 needs only the logger."""
         super().instantiate(loggingOn=loggingOn, logMessage=self._log)
 
     def _log(self, environment: Optional[int], status: int, category: bytes, text: bytes) -> None:
@@ -30,7 +30,7 @@ class Slave3(fmi3.FMU3Slave):
         self._messages.append(Message(self.instanceName, status, *decoded))
 
     def setupExperiment(self, startTime: float) -> None:
-        """FMI 3.0 gets the start time when Initialization Mode is entered."""
+        """Stores the start time: FMI 3.0 gets it on entering Initialization Mode."""
         self._start_time = startTime
 
     def enterInitializationMode(self) -> None:
@@ -40,7 +40,7 @@ class Slave3(fmi3.FMU3Slave):
         super().setString(references, [value.decode() for value in values])
 
     def doStep(self, t: float, h: float) -> None:
-        """`fmi3DoStep`; a step that ends early is an error, as it is not allowed to."""
+        """Calls `fmi3DoStep`; an early return was not permitted and is an error."""
         _, ends, early, _ = super().doStep(t, h)
         if ends or early:
             raise FMICallException(function="fmi3DoStep", status=ERROR)

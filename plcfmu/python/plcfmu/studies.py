@@ -1,6 +1,6 @@
-"""Studies: one loop, run many times with different values, on the processes of this machine or on a cluster.
+"""Studies: one loop, run many times with different values, in processes of this machine or on a cluster.
 
-`plcfmu study` makes the runs, wherever they are made, so that the same study gives the same files on any cluster.
+Everywhere, `plcfmu study` makes the runs, so that the same study yields the same files on any cluster.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 
 
 class StudyError(RuntimeError):
-    """A study cannot be made, or not to its end; says why and what to do."""
+    """A study cannot be run or completed; the message states the reason and the remedy."""
 
 
 @dataclass(frozen=True, repr=False)
 class StudyResult:
-    """What a study came to: the files in `folder`, and `summary`, which is its summary.json."""
+    """The result of a study: the files in `folder`, and `summary`, the content of its summary.json."""
 
     folder: pathlib.Path
     summary: dict[str, Any]
@@ -54,22 +54,22 @@ class StudyResult:
 
     @property
     def unmet(self) -> list[str]:
-        """The expectations that are not met, a sentence each."""
+        """The expectations that are not met, one sentence each."""
         return [one["problem"] for one in self.summary["expectations"] if not one["met"]]
 
     @property
     def errors(self) -> dict[int, str]:
-        """Why runs failed, by their numbers."""
+        """The errors of failed runs, by run number."""
         if not self.summary["failed"]:
             return {}
         table = self.table()
         return {int(run): error for run, error in zip(table["run"], table["error"]) if error}
 
     def table(self) -> NDArray[np.void]:
-        """A row for each run: its number, what it was given, its figures (NaN where one has no value), its error.
+        """A row for each run: its number, its input values, its figures (NaN if one has no value), its error.
 
-        `frame()` is the same for pandas or polars. Raises StudyError if the file is runs.parquet and the package pyarrow is
-        missing.
+        `frame()` returns the same for pandas or polars. Raises StudyError if the file is runs.parquet and the package
+        pyarrow is missing.
         """
         columns = _parquet(path) if (path := self.folder / "runs.parquet").is_file() else _csv(self.folder / "runs.csv")
         kinds: dict[str, Any] = {"run": np.int64, "loop": object, "error": object}
@@ -79,10 +79,10 @@ class StudyResult:
         return table
 
     def frame(self, library: str = "pandas") -> Any:
-        """The same as a data frame of "pandas" or "polars", as a pyarrow.Table with "arrow".
+        """The same table as a data frame of "pandas" or "polars", or as a pyarrow.Table for "arrow".
 
-        A file runs.parquet goes through Arrow without a copy in between, where that library can take it. Raises StudyError if
-        the package is missing, and ValueError for another library.
+        A file runs.parquet is passed through Arrow without copying if the library supports it. Raises StudyError if the
+        package is missing, and ValueError for any other library.
         """
         if library not in ("pandas", "polars", "arrow"):
             raise ValueError(f"library={library!r}: there are pandas, polars and arrow")
@@ -101,7 +101,7 @@ class StudyResult:
             raise StudyError(f"frame({library!r}) needs the package {error.name}: pip install {error.name}") from error
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: what is expected, the percentiles of each figure, and the pictures of the main one."""
+        """The display in a notebook: the expectations, the percentiles of each figure, and the pictures of the main one."""
         summary, text = self.summary, html.escape
         failed = f"; {summary['failed']} failed" if summary["failed"] else ""
         parts = [f"<h3>{text(summary['study'])}: {summary['runs']} runs{failed}</h3>"]
@@ -126,7 +126,7 @@ class StudyResult:
 
 
 def _arrow(result: StudyResult) -> Any:
-    """The runs as a table of Arrow. Raises ModuleNotFoundError without pyarrow."""
+    """The runs as an Arrow table. Raises ModuleNotFoundError without pyarrow."""
     import pyarrow
     from pyarrow import parquet
 
@@ -138,7 +138,7 @@ def _arrow(result: StudyResult) -> Any:
 
 
 def _from_arrow(table: Any, library: str) -> Any:
-    """A table of Arrow as a data frame."""
+    """Converts an Arrow table to a data frame."""
     if library == "pandas":
         return table.to_pandas()
     if library == "polars":
@@ -185,28 +185,27 @@ def study(
 ) -> StudyResult:
     """Makes all runs of a study on a Dask cluster: study("tolerance.toml", client="tcp://10.0.0.5:8786").
 
-    `path` is a study.toml, or the study.json of a bundle. `out` is the folder of the results; by default NAME_results in
-    the current folder. What it has at the end is what `plcfmu study` writes on one machine, to the last byte.
+    `path` is a study.toml, or the study.json of a bundle. `out` is the folder for the results; by default, NAME_results in
+    the current folder. The final results are identical to those of `plcfmu study` on one machine, to the last byte.
 
-    - `client`: where the runs are made. A Dask `Client`; the address of a scheduler; or None for a cluster of this
+    - `client`: where the runs are made. A Dask `Client`; the address of a scheduler; or None for a cluster on this
       machine's cores, which is closed at the end.
     - `fmus`: the folder of the loop's FMUs; by default, that of the loop's description.
-    - `expect`: what is expected of the runs, such as "overshoot < 10 %", or several of these; `StudyResult.unmet` lists those
-      that are not met.
-    - `curves`: the runs whose signals over time are wanted, too.
-    - `limit`: how long one run may take, in seconds (0.1 to 1e6); then its FMU hangs.
-    - `resume`: goes on with what is in `out` of an earlier call that was interrupted. Runs of a finished study are not made
-      again.
+    - `expect`: one or several expectations of the runs, such as "overshoot < 10 %"; `StudyResult.unmet` lists those that
+      are not met.
+    - `curves`: the runs whose signals over time are also written.
+    - `limit`: the time limit for one run, in seconds (0.1 to 1e6), after which its FMU is considered hung.
+    - `resume`: continues an earlier, interrupted call with the same `out`. Finished runs are not repeated.
     - `format`: "parquet" or "csv".
     - `progress`: shows a progress bar.
 
-    The cluster needs this package, the program with it, in the same version everywhere. A worker that dies costs only
-    time: Dask has another one make its runs. Where the call ends early, what is done is kept in `out`.
+    The cluster needs this package, including the program, in the same version everywhere. A worker that dies costs only
+    time: Dask assigns its runs to another worker. If the call ends early, the finished runs are kept in `out`.
 
-    Raises StudyError, ValueError for another format, CommandNotFoundError if the command `plcfmu` is not there, and
-    ModuleNotFoundError if Dask is not.
+    Raises StudyError, ValueError for any other format, CommandNotFoundError if the command `plcfmu` is not found, and
+    ModuleNotFoundError without Dask.
     """
-    # Before anything runs: the command is asked for the format at the end only.
+    # Check first: the command gets the format only at the end.
     if format not in ("parquet", "csv"):
         raise ValueError(f"format={format!r}: there are parquet and csv")
     expectations = [expect] if isinstance(expect, str) else list(expect)
@@ -244,7 +243,7 @@ def study(
             except Exception as error:
                 raise StudyError(f"{error}; {parts}") from error
     done = called(program, *given, f"--out={folder}", "--resume", f"--format={format}")
-    # The parts are removed once all files are written; the command's remarks on the runs are then in the summary.
+    # The parts are removed once all files are written; then the command's errors about the runs are in the summary.
     if done.returncode != 0 and parts.folder.exists():
         raise StudyError(f"{reason(done)}; {parts}")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
@@ -252,7 +251,7 @@ def study(
 
 
 def _call(program: pathlib.Path, *arguments: str) -> str:
-    """What the command says; its warnings go to the logger. Raises StudyError with its error if it fails."""
+    """The command's output; its warnings go to the logger. Raises StudyError with its error if it fails."""
     done = called(program, *arguments)
     if done.returncode != 0:
         raise StudyError(reason(done))
@@ -263,7 +262,7 @@ def _call(program: pathlib.Path, *arguments: str) -> str:
 
 @contextlib.contextmanager
 def _connected(client: Union[Client, str, None]) -> Iterator[Client]:
-    """A client of the cluster that the caller means; what is made for it here is closed at the end."""
+    """A client of the caller's cluster; everything created here is closed at the end."""
     from dask.system import CPU_COUNT
     from distributed import Client, LocalCluster
 
@@ -284,7 +283,7 @@ def _connected(client: Union[Client, str, None]) -> Iterator[Client]:
 
 
 class _Parts:
-    """What is done of a study: files `FIRST-END.part`, each with the rows of these runs."""
+    """The finished runs of a study: files `FIRST-END.part`, each with the rows of these runs."""
 
     def __init__(self, folder: pathlib.Path, fingerprint: str, count: int) -> None:
         self.folder = folder
@@ -295,12 +294,12 @@ class _Parts:
         return f"{self.folder} keeps what is done: study(..., resume=True) goes on with it"
 
     def check(self, resume: bool) -> None:
-        """Raises StudyError for parts of another study, or for any if this call does not go on with them."""
+        """Raises StudyError for parts of another study, or for any parts unless the study is resumed."""
         for path in sorted(self.folder.glob("*.part")):
             if not resume:
                 raise StudyError(f"{self.folder} has runs of an earlier call: go on with resume=True, or remove the folder")
             with path.open("rb") as file:
-                # A line for people, then one of JSON.
+                # A line of text, then one of JSON.
                 _, header = file.readline(), file.readline()
             if f'"fingerprint":"{self.fingerprint}"'.encode() not in header:
                 raise StudyError(
@@ -309,7 +308,7 @@ class _Parts:
                 )
 
     def are_finished(self) -> bool:
-        """Whether there are the results of this study already. Raises StudyError if there are those of another one."""
+        """Whether the results of this study already exist. Raises StudyError for results of another study."""
         results = self.folder.parent
         try:
             summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
@@ -328,7 +327,7 @@ class _Parts:
         )
 
     def gaps(self) -> list[Span]:
-        """The runs that there are no parts of."""
+        """The runs without a part."""
         from .workers import Span
 
         names = (re.fullmatch(r"(\d+)-(\d+)\.part", path.name) for path in self.folder.glob("*.part"))
@@ -340,13 +339,13 @@ class _Parts:
         return gaps
 
     def add(self, span: Span, content: bytes) -> None:
-        """Writes a part, whole or not at all."""
+        """Writes a part, completely or not at all."""
         with replacing(self.folder / f"{span.first}-{span.end}.part") as beside:
             beside.write_bytes(content)
 
 
 def _collect(parts: _Parts, results: Generator[tuple[Span, bytes], None, None], progress: bool) -> None:
-    """Writes each part when it comes."""
+    """Writes each part as it arrives."""
     from tqdm.auto import tqdm
 
     left = sum(end - first for first, end in parts.gaps())

@@ -1,6 +1,6 @@
-"""Studies on the workers of a Dask cluster: what travels to them, what they run, and how the work is shared out.
+"""Studies on the workers of a Dask cluster: the files sent to them, the runs that they make, and how work is distributed.
 
-Loaded with the first study only: it needs the package `distributed`.
+Loaded only with the first study, because it needs the package `distributed`.
 """
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ from .files import replacing
 from .messages import LOGGER
 from .parameters import CommandNotFoundError, called, command, reason
 
-# How long a worker shall be busy with one range of runs, in seconds; and what each thread of the cluster adds, so that a
-# large cluster does not ask the client for more ranges than it can hand out.
+# How long a worker should be busy with one range of runs, in seconds, and what each thread of the cluster adds, so that
+# a large cluster does not request more ranges than the client can hand out.
 WORK = 2.0
 WORK_PER_THREAD = 0.02
-# How many times as many runs a range has at most as the one that it is judged by.
+# The maximum ratio between the size of a range and that of the measured range before it.
 GROWTH = 16
-# How many ranges each thread has at once: the one that it runs, and the next.
+# How many ranges each thread has at a time: the running one and the next.
 OUTSTANDING = 2
-# How often a range is tried again that a worker could not run. Dask counts workers that died by itself.
+# How often a range is retried if a worker could not run it. Dask itself counts workers that died.
 RETRIES = 2
-# A range of a long study takes this share of the time that the study has taken, so that there are not too many parts.
+# In a long study, a range takes this share of the time so far, to limit the number of parts.
 WORK_SHARE = 0.01
-# How often the client asks how many threads there are, in seconds.
+# How often the client queries the number of threads, in seconds.
 PATIENCE = 1.0
-# A cluster without a worker for this many seconds is reported.
+# A cluster that has been without workers for this many seconds is reported.
 LONELY = 5.0
 # The folder in a worker's local directory.
 FOLDER = "plcfmu"
 
 
 class WorkerError(RuntimeError):
-    """A worker cannot run a range of runs; says why."""
+    """A worker cannot run a range of runs; the message states why."""
 
 
 class Span(NamedTuple):
@@ -56,27 +56,27 @@ class Span(NamedTuple):
 
 
 class Task(NamedTuple):
-    """What all ranges of a study have in common."""
+    """The data common to all ranges of a study."""
 
     fingerprint: str
     # The output of `plcfmu --version`.
     version: str
-    # How long one run may take, in seconds.
+    # The time limit for one run, in seconds.
     limit: float
 
 
 class Files(WorkerPlugin):
-    """The files of a study's bundle, carried to every worker that there is and that will be.
+    """The files of a study's bundle, sent to all current and future workers.
 
-    FMUs are named by their content, so a worker that has one from another study gets no second.
+    FMUs are named after their content, so a worker that has an FMU from another study does not get it again.
     """
 
-    # A scheduler that has it by its name does not send it again.
+    # A scheduler that has a plugin with this name does not send it again.
     idempotent = True
 
     def __init__(self, fingerprint: str, owner: str, bundle: pathlib.Path) -> None:
         self.fingerprint = fingerprint
-        # Of the client, too: its end does not take the files away from another one's study.
+        # Includes the client, so that its end does not remove the files of another client's study.
         self.name = f"plcfmu-{fingerprint}-{owner}"
         self.contents = {f"fmus/{path.name}": path.read_bytes() for path in sorted((bundle / "fmus").iterdir())}
         self.contents[f"{fingerprint}.json"] = (bundle / "study.json").read_bytes()
@@ -86,7 +86,7 @@ class Files(WorkerPlugin):
         self.write(folder_of(worker))
 
     def write(self, folder: pathlib.Path) -> None:
-        """Writes the files that the folder does not have yet."""
+        """Writes the files that are missing from the folder."""
         for name, content in self.contents.items():
             path = folder / name
             if not path.is_file() or path.read_bytes() != content:
@@ -95,7 +95,7 @@ class Files(WorkerPlugin):
 
 
 class Uninterrupted(WorkerPlugin):
-    """Leaves Ctrl-C to the client, which ends the workers of its own cluster."""
+    """Leaves Ctrl-C to the client, which terminates the workers of its own cluster."""
 
     idempotent = True
     name = "plcfmu-uninterrupted"
@@ -111,7 +111,7 @@ def folder_of(worker: Worker) -> pathlib.Path:
 
 
 def run(task: Task, span: Span) -> tuple[bytes, float]:
-    """Makes the runs of a range on the worker that calls it: the part with their results, and how many seconds it took.
+    """Makes the runs of a range on the calling worker: returns the part with their results, and the time taken in seconds.
 
     Raises WorkerError, which names the worker.
     """
@@ -124,10 +124,10 @@ def run(task: Task, span: Span) -> tuple[bytes, float]:
 
 
 def part(worker: Worker, task: Task, span: Span) -> bytes:
-    """The results of a range of runs, as the command writes them."""
+    """The results of a range of runs, as written by the command."""
     program = program_of(task.version)
     folder = folder_of(worker)
-    # Again, since a worker may live for weeks in a folder for temporary files, which the system clears.
+    # Written again because a worker may run for weeks in a temporary folder, which the system cleans up.
     for plugin in list(worker.plugins.values()):
         if isinstance(plugin, Files) and plugin.fingerprint == task.fingerprint:
             plugin.write(folder)
@@ -141,7 +141,7 @@ def part(worker: Worker, task: Task, span: Span) -> bytes:
 
 
 def program_of(version: str) -> pathlib.Path:
-    """The program plcfmu of this machine. Raises WorkerError if there is none, or none of this version."""
+    """The program plcfmu on this machine. Raises WorkerError if it is missing or has another version."""
     try:
         program = command()
     except CommandNotFoundError as error:
@@ -156,7 +156,7 @@ def program_of(version: str) -> pathlib.Path:
 
 
 class Share:
-    """Cuts the runs that are left into ranges: the first ones small, then as long as they are worth the way."""
+    """Divides the remaining runs into ranges: small at first, then large enough to be worth the overhead."""
 
     def __init__(self, gaps: Iterable[Span]) -> None:
         self._gaps = list(reversed([gap for gap in gaps if gap.first < gap.end]))
@@ -173,21 +173,21 @@ class Share:
         return cut
 
     def learn(self, span: Span, seconds: float, work: float) -> None:
-        """What a range took. The next ones shall take `work` seconds or a little more, the start of the command included."""
+        """Records the time that a range took. The next should take about `work` seconds, including the command's start."""
         count = span.end - span.first
         if seconds > 2 * work:
             self._size = max(1, int(count * work / seconds))
         elif seconds < work and count >= self._size:
-            # At least twice as many: how much of the time the start has taken is not known.
+            # At least twice as many: the share of the command's start in this time is unknown.
             self._size = int(count * min(max(work / seconds, 2), GROWTH))
 
 
 def results(
     client: Client, files: Files, task: Task, gaps: Iterable[Span]
 ) -> Generator[tuple[Span, bytes], None, None]:
-    """Has the runs of `gaps` made by the workers: the result of each range, when it is done.
+    """Has the workers make the runs of `gaps`, and yields the result of each range when it is done.
 
-    When the caller ends early, what was not begun is not begun. Raises WorkerError, which names the runs.
+    If the caller stops early, no further range is begun. Raises WorkerError, which names the runs.
     """
     begin, share, threads = time.monotonic(), Share(gaps), Threads(client)
     completed = as_completed(loop=client.loop, with_results=True, raise_errors=False)
@@ -198,7 +198,7 @@ def results(
         register(client, files)
         while True:
             while len(pending) < OUTSTANDING * threads.count() and (span := share.next()) is not None:
-                # A pure function of its key: if its worker dies, Dask has another one do it.
+                # A pure function of its key: if its worker dies, Dask assigns it to another.
                 key = f"plcfmu-{task.fingerprint}-{span.first}-{span.end}"
                 future = client.submit(run, task, span, key=key, retries=RETRIES)
                 pending[future] = span
@@ -207,7 +207,8 @@ def results(
                 return
             future, result = next(completed)
             if future.status != "finished":
-                # It stays among those that are cancelled: else Dask would know the error, and the next call get it again.
+                # It remains in `pending` and is cancelled: otherwise, Dask would cache the error and return it to the
+                # next call.
                 raise WorkerError(f"{pending[future]}: {failure(result)}")
             span = pending.pop(future)
             content, seconds = result
@@ -216,20 +217,20 @@ def results(
             yield span, content
     finally:
         over.set()
-        # A cluster that is gone, or that Ctrl-C ends as well, must not hide why this has ended.
+        # An error of a cluster that is gone, or also ended by Ctrl-C, must not hide the original reason.
         with contextlib.suppress(Exception):
             client.cancel(list(pending))
             client.unregister_worker_plugin(files.name)
 
 
 def register(client: Client, files: Files) -> None:
-    """Sends the files to the workers. Raises WorkerError if one of them cannot take them."""
+    """Sends the files to the workers. Raises WorkerError if one of them cannot accept them."""
     for attempt in range(1 + RETRIES):
         try:
             client.register_plugin(files)
             return
         except Exception as error:
-            # A worker that dies just now ends the call for all of them, which is no reason to end the study.
+            # A worker that dies during the call makes it fail for all workers, which is no reason to end the study.
             if not isinstance(error, OSError) or attempt == RETRIES:
                 raise WorkerError(
                     f"a worker cannot take the study: {error}; install the same wheel of plcfmu for the client, the scheduler "
@@ -240,7 +241,7 @@ def register(client: Client, files: Files) -> None:
 
 
 def failure(result: Any) -> str:
-    """Why a task has no result: the exception that it ended with."""
+    """Why a task has no result: the exception with which it ended."""
     error = result[1] if isinstance(result, tuple) else result
     if isinstance(error, KilledWorker):
         died = error.allowed_failures + 1
@@ -250,7 +251,7 @@ def failure(result: Any) -> str:
 
 
 class Threads:
-    """How many threads the cluster has, which may change; at least 1, so that work waits for the first worker."""
+    """The number of threads in the cluster, which may change; at least 1, so that work waits for the first worker."""
 
     def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
         self._client = client
@@ -259,7 +260,7 @@ class Threads:
         self._count = 1
 
     def count(self) -> int:
-        """As it was at most a second ago."""
+        """The number of threads, at most a second old."""
         now = self._clock()
         if self._asked is None or now - self._asked > PATIENCE:
             self._asked = now
@@ -268,7 +269,7 @@ class Threads:
 
 
 class Lonely:
-    """Tells that a cluster has no worker, once each time that it has had none for five seconds."""
+    """Reports that a cluster has no workers, once each time it has had none for five seconds."""
 
     def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
         self._client = client
@@ -276,7 +277,7 @@ class Lonely:
         self._since: Optional[float] = clock()
 
     def look(self) -> None:
-        """To be called now and then."""
+        """Checks the cluster; to be called regularly."""
         if self._client.nthreads():
             self._since = None
         elif self._since is None:
@@ -287,7 +288,7 @@ class Lonely:
 
 
 def watch(lonely: Lonely, over: threading.Event) -> None:
-    """Looks once a second, until it is over."""
+    """Checks once a second until `over` is set."""
     while not over.wait(PATIENCE):
         # The study itself reports a scheduler that does not answer.
         with contextlib.suppress(Exception):
