@@ -1,7 +1,7 @@
 """The manual's figures for PULSEGEN, reproduced with the FMU: 3-3, 3-5 and the characteristics 3-6
 to 3-9.
 
-- 3-3, pulse duration modulation: INV percent of ten calls have a pulse.
+- 3-3, pulse duration modulation: INV is the percentage of calls with a pulse, ten per period.
 - 3-5, synchronization: INV changes from 30 to 80 % at each of the ten calls of a period. With
   SYN_ON the pulse for the new value begins in the next call, except for a change in the first or
   the last two calls; without it, in the next period.

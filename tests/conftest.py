@@ -1,8 +1,8 @@
-"""Fixtures. `fmu` is every FMU that `cargo xtask fmu` has made, one after the other, so a new block is tested as soon as
-its FMU is there. `open_fmu(NAME)` is a certain one.
+"""Fixtures. `fmu` is each FMU that `cargo xtask fmu` has built, in turn, so a new block is tested as soon as its FMU exists.
+`open_fmu(NAME)` is a specific one.
 
-In the modules of `PRESETS_TOO`, `fmu` is also a program in SCL, and a preset of each of them, with start values of its own. In
-those of `VERSIONS_TOO` it is each of these of FMI 3.0, too."""
+In the modules of `PRESETS_TOO`, `fmu` is also a program in SCL, and a preset of each FMU, with its own start values. In the
+modules of `VERSIONS_TOO`, it is each of these in FMI 3.0 as well."""
 
 import collections
 import json
@@ -26,15 +26,15 @@ VERSIONS_TOO = ("test_fmu_state", "test_time", "test_restart_values")
 PRESET = "preset of "
 PROGRAM = "program "
 
-# These files take minutes each, with few tests.
+# Each of these files takes minutes, with few tests.
 LONGEST = ("test_c_sources", "test_packer", "test_wheel")
 
-NONE = "none"  # the parameter where there are no FMUs, so that every test fails and says what to do
+NONE = "none"  # the parameter if there are no FMUs, so that every test fails and says what to do
 
 
 @pytest.fixture(scope="session")
 def open_fmu(request, tmp_path_factory):
-    """Unpacks an FMU by its name, once. `program NAME` is that of `tests/programs/NAME.scl`."""
+    """Unpacks an FMU by its name, once. `program NAME` is the FMU of `tests/programs/NAME.scl`."""
     opened = {}
 
     def built(name, *options):
@@ -67,19 +67,19 @@ def pytest_generate_tests(metafunc):
         programs = [PROGRAM + "mixer"] if has_presets and host.names() and not host.PLATFORM else []
         is_newer_too = metafunc.module.__name__ in VERSIONS_TOO
         originals = host.versions(host.names() + programs, is_newer_too)
-        # How a preset starts does not depend on the block: in FMI 3.0 that of a program stands for all.
+        # How a preset starts does not depend on the block: in FMI 3.0, the preset of a program represents all.
         presets = [PRESET + name for name in host.names() + host.versions(programs, is_newer_too)] if has_presets else []
         metafunc.parametrize("fmu", originals + presets or [NONE], indirect=True, scope="session")
 
 
 @pytest.hookimpl(trylast=True)  # pytest itself sorts by fixtures
 def pytest_collection_modifyitems(items):
-    """The longest files come first: at the end, one of them would leave the other processors idle."""
+    """Puts the longest files first: at the end, one of them would leave the other processors idle."""
     items.sort(key=lambda item: item.path.stem not in LONGEST)
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Which tests were skipped, one line for each reason, which says what to install."""
+    """Lists the skipped tests, one line for each reason, which says what to install."""
     reasons = collections.defaultdict(collections.Counter)
     for report in terminalreporter.stats.get("skipped", []):
         file, _, reason = report.longrepr
@@ -93,7 +93,7 @@ def pytest_terminal_summary(terminalreporter):
 
 @pytest.fixture(scope="session")
 def expect():
-    """Compares a text with the file of this name in `expected/`. With UPDATE_EXPECT=1 it writes the file."""
+    """Compares a text with the file of this name in `expected/`. Writes the file instead if UPDATE_EXPECT=1."""
     folder = pathlib.Path(__file__).parent / "expected"
 
     def expect(name, text):
@@ -102,13 +102,13 @@ def expect():
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(text.encode())
         expected = path.read_text(encoding="utf-8") if path.exists() else ""
-        assert text == expected, f"{path.relative_to(folder.parents[1])}: UPDATE_EXPECT=1 writes what is said now"
+        assert text == expected, f"{path.relative_to(folder.parents[1])}: UPDATE_EXPECT=1 writes the current text"
 
     return expect
 
 
 def built(program):
-    """The path of a program of the workspace. Both packages are named, so that cargo compiles with the features of both."""
+    """The path of a program of the workspace. Builds both packages, so that cargo compiles with the features of both."""
     build = ["cargo", "build", "--quiet", "--package", "plcfmu", "--package", "xtask", "--bin", program]
     build.append("--message-format=json-render-diagnostics")
     root = pathlib.Path(__file__).parents[1]
@@ -120,7 +120,7 @@ def built(program):
 
 @pytest.fixture(scope="session")
 def command():
-    """The program `plcfmu`: that of PLCFMU_COMMAND, or built."""
+    """The program `plcfmu`: PLCFMU_COMMAND, or built."""
     return os.environ.get("PLCFMU_COMMAND") or built("plcfmu")
 
 
@@ -132,7 +132,7 @@ def packer():
 
 @pytest.fixture(scope="session")
 def packed(request, tmp_path_factory):
-    """The folder of all FMUs in FMI 3.0 with these types. PLCFMU_FMI3 names one with native types, as PLCFMU_FMUS does for FMI 2.0."""
+    """The folder of all FMUs in FMI 3.0 with these types. PLCFMU_FMI3 names one with native types, like PLCFMU_FMUS for FMI 2.0."""
     folders = {}
     if given := os.environ.get("PLCFMU_FMI3"):
         folders["native"] = pathlib.Path(given)
@@ -140,7 +140,7 @@ def packed(request, tmp_path_factory):
     def packed(types="native"):
         if types not in folders:
             folders[types] = tmp_path_factory.mktemp(f"fmi3_{types}")
-            # Only here, as building it takes minutes.
+            # Requested only here, because building it takes minutes.
             packer = request.getfixturevalue("packer")
             command = [packer, "fmu", "--fmi", "3", "--types", types, "--out", str(folders[types])]
             done = subprocess.run(command, capture_output=True, text=True)
@@ -152,7 +152,7 @@ def packed(request, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def make_preset(command):
-    """Makes a preset of an FMU with `plcfmu preset --set`, and gives its path."""
+    """Makes a preset of an FMU with `plcfmu preset --set` and returns its path."""
 
     def make_preset(fmu, path, **values):
         settings = [f"--set={name}={value!r}" for name, value in values.items()]
@@ -185,20 +185,20 @@ def fmu(request, open_fmu, open_preset):
     if request.param.startswith(PRESET):
         return open_preset(request.param[len(PRESET):])
     if request.param == NONE:
-        pytest.fail(f"there is no FMU in {host.FOLDER}: make them with `cargo xtask fmu`", pytrace=False)
+        pytest.fail(f"no FMU in {host.FOLDER}: make them with `cargo xtask fmu`", pytrace=False)
     return open_fmu(request.param)
 
 
 @pytest.fixture(scope="session", params=host.CONTROLLERS)
 def controller(request, open_fmu):
-    """The FMUs of the manuals' blocks, one after the other."""
+    """Each FMU of the manuals' blocks, in turn."""
     return open_fmu(request.param)
 
 
 @pytest.fixture(scope="session")
 def pack_foreign():
-    """Makes an FMU in a folder of the source and the description that tests/foreign has under a name;
-    `defines` are options of the compiler."""
+    """Builds an FMU in a folder from the source and description of this name in tests/foreign;
+    `defines` are compiler options."""
 
     def pack_foreign(name, folder, *defines):
         source = pathlib.Path(__file__).parent / "foreign"
@@ -207,7 +207,7 @@ def pack_foreign():
         subprocess.run([compiler, *defines, "-shared", "-fPIC", "-o", library, source / f"{name}.c"], check=True)
         path = folder / f"{name.upper()}.fmu"
         description = (source / f"{name}.xml").read_text()
-        # FMI 3.0 names platforms by processor and system.
+        # FMI 3.0 names platforms by processor and operating system.
         platform = fmpy.platform_tuple if 'fmiVersion="3.0"' in description else fmpy.platform
         with zipfile.ZipFile(path, "w") as fmu:
             fmu.writestr("modelDescription.xml", description)
@@ -225,7 +225,7 @@ def faulty(pack_foreign, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def site(tmp_path_factory):
-    """The folder of the project's site, made anew."""
+    """The folder of the project's site, newly built."""
     folder = tmp_path_factory.mktemp("site")
     site_pages.write(folder)
     return folder

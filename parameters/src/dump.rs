@@ -20,7 +20,7 @@ pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Re
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
     let Some(block) = chosen else {
         let help = Remedy::ChooseBlock(list(blocks));
-        report.wrong_file("a dump does not say which block it belongs to", Some(help));
+        report.wrong_file("a dump does not state which block it belongs to", Some(help));
         return report.finish(Vec::new());
     };
     let (addresses, size) = match whole(&block) {

@@ -1,10 +1,11 @@
-//! What the FMI interface costs: one control cycle of CONT_C in automatic mode with PI action (set two inputs, doStep, get
-//! one output) through the C functions of its library, as it is packed.
+//! The cost of the FMI interface: one control cycle of CONT_C in automatic mode with PI action (set two inputs, doStep,
+//! get one output) through the C functions of its packed library.
 //!
-//! Measured in turns in the same run: the *floor*, which is the same law behind the same C functions without any check
-//! (tests/units/floor), and the bare call of the block.
+//! Measured alternately in the same run: the *floor*, the same law behind the same C functions without any checks
+//! (tests/benches/floor), and the bare call of the block.
 //!
-//! `cargo bench --package tests`; `PLCFMU_BENCH_MEASUREMENTS` is the number of measurements of which the median is taken.
+//! `cargo bench --package tests`; `PLCFMU_BENCH_MEASUREMENTS` is the number of measurements from which the median is
+//! taken.
 
 // A host calls C functions.
 #![allow(unsafe_code)]
@@ -30,7 +31,7 @@ const CYCLES: usize = 5_000;
 
 type Component = *mut c_void;
 
-/// The three functions of a control cycle, and what they are called with.
+/// The three functions of a control cycle, and their component.
 #[derive(Clone, Copy)]
 struct Functions {
     component: Component,
@@ -39,7 +40,7 @@ struct Functions {
     get_real: unsafe extern "C" fn(Component, *const u32, usize, *mut f64) -> c_int,
 }
 
-/// A controller in a library, driven by a host that makes one step of CYCLE = 1 s after the other.
+/// A controller in a library, driven by a host in consecutive steps of CYCLE = 1 s.
 struct Driven<'a> {
     functions: Functions,
     inputs: [u32; 2],
@@ -67,7 +68,7 @@ impl Driven<'_> {
         unsafe { (self.functions.get_real)(self.functions.component, &raw const self.output, 1, lmn) }
     }
 
-    /// Whole control cycles; the last output.
+    /// Runs whole control cycles; returns the last output.
     fn cycles(&mut self) -> f64 {
         let mut lmn = 0.0;
         for k in 0..CYCLES {
@@ -78,7 +79,7 @@ impl Driven<'_> {
         lmn
     }
 
-    /// Nanoseconds for one call of each function alone, and for the whole cycle.
+    /// Returns the nanoseconds for one call of each function alone, and for the whole cycle.
     fn measure(&mut self) -> [f64; 4] {
         let mut lmn = 0.0;
         let set = time(CYCLES, || (0..CYCLES).for_each(|k| assert!(self.set(k) == 0)));
@@ -135,7 +136,7 @@ impl<'a> Newer<'a> {
         Newer { library, instance, inputs, output: output[0], signals, has_events, step: 0 }
     }
 
-    /// Whole control cycles; the last output.
+    /// Runs whole control cycles; returns the last output.
     fn cycles(&mut self) -> f64 {
         let (library, instance) = (&self.library, self.instance);
         let (mut lmn, [mut a, mut b, mut c, mut d, mut e], mut time) = (0.0_f32, [0_u8; 5], 0.0);
@@ -184,7 +185,7 @@ impl Drop for Newer<'_> {
 type SetIntegers = unsafe extern "C" fn(Component, *const u32, usize, *const c_int) -> c_int;
 type GetIntegers = unsafe extern "C" fn(Component, *const u32, usize, *mut c_int) -> c_int;
 
-/// What else a host may set and get in a cycle: variables of one type in one call.
+/// What else a host may set and get in a cycle: one call per type of variable.
 struct Shape {
     name: &'static str,
     set: &'static [(Type, &'static [&'static str])],
@@ -227,7 +228,7 @@ struct All {
     booleans: (SetIntegers, GetIntegers),
 }
 
-/// A host that makes cycles of one shape.
+/// A host that runs cycles of one shape.
 struct Shaped<'a> {
     of: All,
     set: Vec<(Type, Vec<u32>)>,
@@ -245,7 +246,7 @@ impl<'a> Shaped<'a> {
         Shaped { of, set: references(shape.set), get: references(shape.get), signals, step }
     }
 
-    /// Nanoseconds of a cycle.
+    /// Returns the nanoseconds for a cycle.
     fn measure(&mut self) -> f64 {
         let Functions { component, set_real, do_step, get_real } = self.of.functions;
         let (mut reals, mut integers) = ([0.5; 8], [0; 8]);
@@ -286,7 +287,7 @@ impl<'a> Shaped<'a> {
     }
 }
 
-/// One cycle of each shape through the FMU and through the floor, in turns.
+/// Measures one cycle of each shape through the FMU and through the floor, alternately.
 fn shapes(fmu: &Fmu, [ours, floor]: [All; 2], steps: &mut [u64; 2], signals: &[[f64; 2]], measurements: u64) {
     println!("one cycle by what is set and got          FMU   floor  ratio of the fastest");
     for shape in SHAPES {
@@ -299,14 +300,14 @@ fn shapes(fmu: &Fmu, [ours, floor]: [All; 2], steps: &mut [u64; 2], signals: &[[
     }
 }
 
-/// Nanoseconds for one of `count`.
+/// Returns the nanoseconds for one of `count`.
 fn time(count: usize, body: impl FnOnce()) -> f64 {
     let begin = Instant::now();
     body();
     begin.elapsed().as_nanos() as f64 / count as f64
 }
 
-/// The median of measurements, and the fastest: on a busy machine that is the one to compare.
+/// The median of the measurements, and the fastest, which is the one to compare on a busy machine.
 struct Measured {
     median: f64,
     fastest: f64,
@@ -317,7 +318,7 @@ fn summary(mut times: Vec<f64>) -> Measured {
     Measured { median: times[times.len() / 2], fastest: times[0] }
 }
 
-/// Bytes that one instance of CONT_C asks for, counted in the code that the library is made of.
+/// Returns the bytes that one instance of CONT_C allocates, counted in the code that the library is built from.
 fn bytes_of_an_instance() -> isize {
     let log = Log::default();
     let callbacks = logging_callbacks(&log);
@@ -334,7 +335,7 @@ fn bytes_of_an_instance() -> isize {
     }
 }
 
-/// The floor's functions with an instance of it, freed by the function that comes with them.
+/// Returns the floor's functions with an instance of it, and the function that frees it.
 fn floor(library: &Library) -> (Functions, unsafe extern "C" fn(Component)) {
     let missing = |error| panic!("the floor: {error}");
     // SAFETY: the package `floor` gives these symbols these types.
@@ -351,7 +352,7 @@ fn floor(library: &Library) -> (Functions, unsafe extern "C" fn(Component)) {
     }
 }
 
-/// Nanoseconds to instantiate and free once.
+/// Measures the nanoseconds for instantiating and freeing once.
 fn life(fmu: &Fmu, measurements: u64) -> Measured {
     let log = Log::default();
     let callbacks = logging_callbacks(&log);
@@ -384,7 +385,7 @@ fn main() {
     let floor_library = unsafe { Library::new(plain_library("floor")) }.unwrap_or_else(|error| panic!("{error}"));
     let (floor, free_floor) = floor(&floor_library);
 
-    // A slow wave with some noise, small enough that no limit is reached: the signals of a loop at work.
+    // A slow wave with some noise, small enough that no limit is reached: the signals of a loop in operation.
     let mut random = Random::new(1);
     let wave = |k: u32| (f64::from(k) * std::f64::consts::TAU / 1024.0).sin();
     let signals: Vec<[f64; 2]> = (0..1024)

@@ -1,8 +1,7 @@
-"""Steps the loop of benches/study.rs by another master: `masters.py MASTER FMUS LOOP.ssp STEP`.
+"""Steps the loop of benches/study.rs with another master: `masters.py MASTER FMUS LOOP.ssp STEP`.
 
-A number of steps is read from each line of standard input; the answer is the time of one step in nanoseconds. MASTER is fmpy
-(FMU2Slave, one call of Python after the other), ecos or libcosim (both step natively, many steps in one call, and nothing is read
-between them).
+Reads a number of steps from each line of standard input and answers with the time per step in nanoseconds. MASTER is fmpy
+(FMU2Slave, one Python call at a time), ecos or libcosim (both step natively, many steps in one call, with nothing read in between).
 """
 
 import pathlib

@@ -1,8 +1,8 @@
 """How long the page's main thread is blocked while it shows a program of 2,000 lines that runs at x10.
 
-`target/venv/bin/python tests/benches/page.py`. The page is that of PLCFMU_TOOL, or target/tool/plcfmu-tool.html. A timer in the page
-notes how late it is: what the page does in one go cannot be interrupted by a key or a click. The aim is 100 ms at most.
-PLCFMU_BENCH_SECONDS is how long each view is measured.
+`target/venv/bin/python tests/benches/page.py`. The page is that of PLCFMU_TOOL, or target/tool/plcfmu-tool.html. A timer in the
+page records how late it fires: while the page is busy, it cannot respond to a key or a click. The target is at most 100 ms.
+PLCFMU_BENCH_SECONDS is the measuring time for each view.
 """
 
 import os
@@ -17,7 +17,7 @@ import tool  # noqa: E402
 
 LINES = 2000
 SECONDS = float(os.environ.get("PLCFMU_BENCH_SECONDS", 20))
-# The least that a browser puts between two nested timers, in milliseconds.
+# The minimum delay of a browser between two nested timers, in milliseconds.
 PAUSE = 4
 AIM = 100
 
@@ -41,7 +41,7 @@ CALLS = "async () => (await moduleOf('tool/store.js')).store.state?.calls ?? 0"
 
 
 def program():
-    """A block of 2,000 lines: stations with a counter, a filter and a flag each, all of which change all the time."""
+    """A block of 2,000 lines: stations with a counter, a filter and a flag each, all of which change constantly."""
     declared, code = [], []
     number = 0
     while len(declared) + len(code) + 9 < LINES:
@@ -65,7 +65,7 @@ def program():
 
 
 def measured(page, scrolls):
-    """How late the timer was, each time, in milliseconds, and how many calls a second were made."""
+    """How late each timer fired, in milliseconds, and the number of calls per second."""
     before = page.evaluate(CALLS)
     page.evaluate(NOTE, PAUSE)
     for _ in range(round(SECONDS)):

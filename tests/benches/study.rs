@@ -1,13 +1,13 @@
-//! What a step of a closed loop costs: CONT_C with HEATER as two FMUs (LMN to POWER, TEMP to PV_IN; set, doStep and get on
-//! both; setpoint, process value and LMN recorded), by the code that `plcfmu study` makes its runs with.
+//! The cost of a step of a closed loop: CONT_C with HEATER as two FMUs (LMN to POWER, TEMP to PV_IN; set, doStep and
+//! get on both; setpoint, process value and LMN recorded), by the code that `plcfmu study` uses for its runs.
 //!
-//! Measured in turns in the same run: the bare blocks in one loop; FMPy, Ecos and libcosim with the same files, driven by
-//! `masters.py`. Then whole studies by the command: how many seconds they take, with one process and with two.
+//! Measured alternately in the same run: the bare blocks in one loop; FMPy, Ecos and libcosim with the same files,
+//! driven by `masters.py`. Then whole studies by the command: their duration in seconds with one process and with two.
 //!
-//! `cargo bench --profile command --package tests --bench study`: built as the command is that users get. The FMUs are those of
-//! `target/fmu` (or of the folder `PLCFMU_FMUS`), the command is `target/command/plcfmu` (or `PLCFMU_COMMAND`), Python that of
-//! `target/venv`. `PLCFMU_BENCH_MEASUREMENTS` is the number of measurements of which the median is taken,
-//! `PLCFMU_BENCH_STUDIES` how often each study is made.
+//! `cargo bench --profile command --package tests --bench study`: built like the command that users get. The FMUs are
+//! those of `target/fmu` (or of the folder `PLCFMU_FMUS`), the command is `target/command/plcfmu` (or
+//! `PLCFMU_COMMAND`), Python that of `target/venv`. `PLCFMU_BENCH_MEASUREMENTS` is the number of measurements from
+//! which the median is taken, `PLCFMU_BENCH_STUDIES` the number of times each study runs.
 
 use anyhow::Context;
 use blocks::{ContC, Law, Time};
@@ -38,10 +38,10 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 /// The control cycle and communication step of the comparison, in seconds.
 const STEP: f64 = 0.1;
 
-/// Steps in one measurement: short, so that others on the machine seldom interrupt it.
+/// Steps in one measurement: few, so that other processes rarely interrupt it.
 const STEPS: usize = 3000;
 
-/// How many runs are made side by side, as a worker of a study makes them.
+/// How many runs are computed side by side, as in a worker of a study.
 const ABREAST: usize = worker::ABREAST;
 
 /// The loop with a control cycle of this many seconds.
@@ -88,14 +88,14 @@ impl Fmus {
         self.0[member].instantiate("bench", false)
     }
 
-    /// The same without the C interface, as a study makes it.
+    /// The same without the C interface, as in a study.
     fn linked(&self, member: usize) -> anyhow::Result<Box<dyn Reset>> {
         let linked =
             linked::find(&self.0[member].description).context("the FMU is of another version: pack it again")?;
         (linked.instantiate)("bench")
     }
 
-    /// What makes the runs of a study of the loop, with the time constant of the furnace as its coordinate.
+    /// Returns the executor of a study of the loop, with the time constant of the furnace as its coordinate.
     fn executor<C: Reset>(&self, folder: &Path, step: f64, steps: usize) -> Result<Executor<C>> {
         let axis = Axis {
             variables: vec!["HEATER.FURN_TM".into()],
@@ -114,7 +114,7 @@ impl Fmus {
     }
 }
 
-/// Nanoseconds for one of `count`.
+/// Returns the nanoseconds for one of `count`.
 fn time(count: usize, body: impl FnOnce()) -> f64 {
     let begin = Instant::now();
     body();
@@ -131,7 +131,7 @@ fn fastest(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// The bare blocks in one loop; what they record.
+/// Runs the bare blocks in one loop and records their signals.
 fn bare(rows: &mut Vec<f64>) {
     let cycle = Time::ms((STEP * 1000.0).round() as i32);
     let mut controller =
@@ -149,7 +149,7 @@ fn bare(rows: &mut Vec<f64>) {
     }
 }
 
-/// Another master, in a process of Python.
+/// Another master, in a Python process.
 struct Master {
     name: &'static str,
     process: Child,
@@ -186,7 +186,7 @@ impl Master {
         Ok(line.trim().into())
     }
 
-    /// Nanoseconds of one step.
+    /// Returns the nanoseconds for one step.
     fn measure(&mut self) -> Result<f64> {
         let steps = self.steps;
         writeln!(self.process.stdin.as_mut().ok_or("it has no input")?, "{steps}")?;
@@ -208,7 +208,7 @@ fn masters(folder: &Path, temporary: &Path) -> Result<Vec<Master>> {
         println!("left out: FMPy, Ecos and libcosim, since there is no target/venv ('cargo xtask test' makes it)");
         return Ok(Vec::new());
     }
-    // Both masters exchange all values between the steps, and record for themselves.
+    // The masters exchange all values between the steps and do their own recording.
     let system = System { exchange: Exchange::Parallel, record: Vec::new(), ..system(folder, STEP, 1_000_000)? };
     let file = temporary.join("loop.ssp");
     fs::write(&file, ssp::write(&system, "loop", ssp::Options::default())?.bytes)?;
@@ -228,7 +228,7 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-/// Nanoseconds of one step of a loop, and what it records.
+/// Returns the nanoseconds for one step of a loop, and records its rows.
 fn steps<C: Reset>(run: &mut Run<C>, plan: &Plan, rows: &mut Vec<f64>) -> Result<f64> {
     run.restart(plan, Some(STEPS as f64 * STEP))?;
     rows.clear();
@@ -240,7 +240,7 @@ fn steps<C: Reset>(run: &mut Run<C>, plan: &Plan, rows: &mut Vec<f64>) -> Result
     }))
 }
 
-/// One step of the loop by each way, in turns.
+/// Measures one step of the loop in each way, alternately.
 fn compare(folder: &Path, fmus: &Fmus, temporary: &Path) -> Result<()> {
     let measurements = setting("PLCFMU_BENCH_MEASUREMENTS", 301);
     let plan = Plan::new(&system(folder, STEP, STEPS)?, &fmus.descriptions())?;
@@ -300,13 +300,13 @@ fn compare(folder: &Path, fmus: &Fmus, temporary: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The memory that this process has, in kB; Linux says it.
+/// Returns the resident memory of this process in kB, which Linux reports.
 fn resident() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?.split_whitespace().next()?.parse().ok()
 }
 
-/// What the runs of a study leave behind in memory: nothing.
+/// Shows that the runs of a study leave nothing behind in memory.
 fn memory(folder: &Path, fmus: &Fmus) -> Result<()> {
     let mut executor = fmus.executor::<Instance>(folder, 1.0, 60)?;
     let mut after = Vec::new();
@@ -321,7 +321,7 @@ fn memory(folder: &Path, fmus: &Fmus) -> Result<()> {
     Ok(())
 }
 
-/// Makes a study by the command; how many seconds it takes.
+/// Runs a study with the command; returns its duration in seconds.
 fn study(command: &Path, file: &Path, folder: &Path, temporary: &Path, jobs: usize) -> Result<f64> {
     let out = temporary.join("results");
     let begin = Instant::now();
@@ -344,7 +344,7 @@ fn study(command: &Path, file: &Path, folder: &Path, temporary: &Path, jobs: usi
     Ok(seconds)
 }
 
-/// Whole studies by the command.
+/// Measures whole studies run with the command.
 fn studies(folder: &Path, temporary: &Path) -> Result<()> {
     let command = std::env::var_os("PLCFMU_COMMAND").map_or_else(
         || target().join("command").join(format!("plcfmu{}", std::env::consts::EXE_SUFFIX)),

@@ -82,7 +82,7 @@ impl Delay {
         }
         let most = LReal::from(Delay::LONGEST) * seconds(cycle);
         Err(format!(
-            "{parameter} is {longest} s: with a CYCLE of {} ms there is memory for {most} s; make {parameter} \
+            "{parameter} is {longest} s, but a CYCLE of {} ms allows at most {most} s: make {parameter} \
              shorter or CYCLE longer",
             cycle.milliseconds()
         ))
@@ -327,7 +327,7 @@ mod tests {
         assert_eq!(Delay::check("DELAY_MAX", 1e6, Time::ms(1000)), Ok(()));
         assert_eq!(
             Delay::check("DELAY_MAX", 60_000.0, Time::ms(10)).unwrap_err(),
-            "DELAY_MAX is 60000 s: with a CYCLE of 10 ms there is memory for 10000 s; make DELAY_MAX shorter or \
+            "DELAY_MAX is 60000 s, but a CYCLE of 10 ms allows at most 10000 s: make DELAY_MAX shorter or \
              CYCLE longer"
         );
         assert_eq!(Delay::new(1e300, Time::ms(10), 0.0).line.len(), 1_000_001);

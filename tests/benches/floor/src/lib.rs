@@ -1,7 +1,8 @@
-//! The least that one control cycle through C functions costs: the law of CONT_C, its values in an array, and no check
-//! at all. The benchmark `cycle` measures it beside the FMU.
+//! The minimum cost of one control cycle through C functions: the law of CONT_C, its values in an array, and no checks.
+//! The benchmark `cycle` compares it with the FMU.
 //!
-//! This is not an FMU: there are only the functions that a control cycle takes, and wrong arguments are undefined behavior.
+//! This is not an FMU: it has only the functions that a control cycle needs, and wrong arguments are undefined
+//! behavior.
 
 // The functions are called through C.
 #![allow(unsafe_code)]
@@ -14,7 +15,7 @@ use std::ptr;
 #[derive(Debug)]
 pub struct Floor {
     values: [f64; COUNT],
-    /// Integers and Booleans. They are only kept: what the law makes of them is no part of what the functions cost.
+    /// Integers and Booleans. They are only stored: their effect in the law is not part of the cost of the functions.
     integers: [c_int; COUNT],
     block: ContC,
 }
@@ -66,7 +67,7 @@ pub unsafe extern "C" fn floor_set_real(
 pub unsafe extern "C" fn floor_do_step(floor: *mut Floor, _tc: f64, _h: f64, _no_state_prior: c_int) -> c_int {
     // SAFETY: the caller's contract.
     let Floor { values, block, .. } = unsafe { &mut *floor };
-    // One by one: a load of both at once would have to wait until both stores of `floor_set_real` are through.
+    // Loaded one by one: a single load of both would have to wait until both stores of `floor_set_real` have completed.
     // SAFETY: references to values.
     let [sp_int, pv_in] = [SP_INT, PV_IN].map(|place| unsafe { ptr::read_volatile(&raw const values[place]) });
     block.sp_int = sp_int as f32;
