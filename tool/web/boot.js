@@ -1,11 +1,11 @@
 /**
- * Unpacks and starts the page: one script with all modules, run from a URL that only this page can use, and the engine, which a
- * worker compiles in parallel.
+ * Unpacks and starts the page: one script with all modules, run from a URL that only this page can use, and the engine,
+ * which a worker compiles in parallel.
  */
 
 /**
- * Decodes a base-93 string: two digits hold 13 bits, or 14 where 93 squared has room for them. The digits are the characters
- * from ! to ~ except <, which has a meaning in a script. The worker runs a copy of this function's source.
+ * Decodes a base-93 string: two digits hold 13 bits, or 14 where 93 squared has room for them. The digits are the
+ * characters from ! to ~ except <, which has a meaning in a script. The worker runs a copy of this function's source.
  *
  * @param {string} text
  * @returns {Uint8Array<ArrayBuffer>}

@@ -1,8 +1,8 @@
 /**
  * Help, diagrams and texts of the FMUs that were built into the page.
  *
- * They are HTML and SVG. Only visible elements and harmless attributes are copied, because a user's own block comes with its own
- * texts.
+ * They are HTML and SVG. Only visible elements and harmless attributes are copied, because a user's own block comes
+ * with its own texts.
  *
  * @typedef {{ diagram: string, help: Record<string, string>, about: string }} Asset
  */

@@ -43,7 +43,8 @@ export function mount() {
     const { offsetHeight: height } = notices;
     document.body.style.setProperty("--notices", height > 0 ? `${height + 20}px` : "0px");
   }).observe(notices);
-  // A note is about the last action, so the next change removes it. Errors stay until they are closed or other files are opened.
+  // A note is about the last action, so the next change removes it. Errors stay until they are closed or other files
+  // are opened.
   const end = (/** @type {string} */ which) => {
     for (const note of byId("notices").querySelectorAll(which)) note.remove();
   };

@@ -41,7 +41,8 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 const ON_PAPER = { ink: "#18212e", faint: "#566070", paper: "#ffffff" };
 
 /**
- * The colours of the light and the dark page, cached: reading them makes the browser recompute the style of the whole page.
+ * The colours of the light and the dark page, cached: reading them makes the browser recompute the style of the whole
+ * page.
  *
  * @type {Map<boolean, ReturnType<typeof themeNow>>}
  */
@@ -134,8 +135,8 @@ export function numberings(from, to, most) {
 }
 
 /**
- * Scales a second axis so that its round numbers coincide with grid lines of the first and its curves have as much room as
- * possible. Returns its lowest and highest value, its numbers and those of the first axis.
+ * Scales a second axis so that its round numbers coincide with grid lines of the first and its curves have as much room
+ * as possible. Returns its lowest and highest value, its numbers and those of the first axis.
  *
  * @param {number[][]} of the sets of numbers that the first axis may show
  * @param {[number, number]} edges of the first axis
@@ -242,7 +243,8 @@ export function timeUnit(length) {
 }
 
 /**
- * The range function of a value axis: the range of the data with a margin; percent keeps 0 to 100 unless a value is outside.
+ * The range function of a value axis: the range of the data with a margin; percent keeps 0 to 100 unless a value is
+ * outside.
  *
  * @param {string} unit
  * @param {() => [number, number]} [more] a further range that must be visible, for example of earlier runs

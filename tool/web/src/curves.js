@@ -1,9 +1,10 @@
 /**
- * The curves of a run: setpoint and process value on the left axis, manipulated value on the right, curves that the user adds,
- * Booleans in lanes below; earlier runs in their own colours, a predicted curve dashed; a cursor that shows all values.
+ * The curves of a run: setpoint and process value on the left axis, manipulated value on the right, curves that the
+ * user adds, Booleans in lanes below; earlier runs in their own colours, a predicted curve dashed; a cursor that shows
+ * all values.
  *
- * All values come from the engine's `view`, thinned to the width of the picture: then each column is a band from the lowest to the
- * highest value of the calls in it.
+ * All values come from the engine's `view`, thinned to the width of the picture: then each column is a band from the
+ * lowest to the highest value of the calls in it.
  *
  * @typedef {import("tool/signals.js").Signal} Signal
  * @typedef {import("./messages").Curves} View
@@ -248,7 +249,8 @@ async function choose() {
   const outputs = found.filter(({ member, variable }) => member === loop.member && variable.role === "output");
   const shownFirst = main.length > 1 ? main : [...main, ...outputs.slice(0, 2).map((signal) => signal.name)];
   const names = new Set([...shownFirst, ...kept.chosen, ...pulses, ...stopped]);
-  // The setpoint has the unit of the controller's own process value, which need not be the unit of another block's output.
+  // The setpoint has the unit of the controller's own process value, which need not be the unit of another block's
+  // output.
   const left = own ? unitText(knownUnits.processValue) || unitOf(own) : unitOf(setpoint ?? processValue);
   const right = unitText(knownUnits.manipulatedValue);
   let colour = 3;

@@ -248,7 +248,8 @@ function startOf(loop, name) {
 }
 
 /**
- * Whether TRUE is lit: an output signals that something is active, such as a limit; a switch shows its state by its position.
+ * Whether TRUE is lit: an output signals that something is active, such as a limit; a switch shows its state by its
+ * position.
  *
  * @param {import("./store.js").Work} loop
  * @param {string} name

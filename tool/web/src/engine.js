@@ -33,7 +33,8 @@ const AGAIN = 1000;
 let last = home === "server" ? stayConnected() : Promise.resolve();
 
 /**
- * Keeps a connection to the server. This tab's engine ends with the connection, so no request is sent before it is open.
+ * Keeps a connection to the server. This tab's engine ends with the connection, so no request is sent before it is
+ * open.
  *
  * @returns {Promise<unknown>} settles when the connection is open or has failed
  */
@@ -96,9 +97,9 @@ export class Stopped extends EngineError {
 }
 
 /**
- * Sends a request to a separate engine in a worker, so that the page stays responsive and the request can be cancelled. The
- * separate engine lacks the blocks of the page's programs, so a request that it rejects goes to the page's engine. The server's
- * engine never blocks the page.
+ * Sends a request to a separate engine in a worker, so that the page stays responsive and the request can be cancelled.
+ * The separate engine lacks the blocks of the page's programs, so a request that it rejects goes to the page's engine.
+ * The server's engine never blocks the page.
  *
  * @param {Dialogue["replay"]["request"] & { do: "replay" }} request independent of the current run
  * @param {AbortSignal} signal
@@ -303,7 +304,8 @@ async function open() {
 }
 
 /**
- * Sends a request to an engine. A worker runs a copy of this function's source, so it must not use anything outside itself.
+ * Sends a request to an engine. A worker runs a copy of this function's source, so it must not use anything outside
+ * itself.
  *
  * @param {Exported} engine
  * @param {string} request

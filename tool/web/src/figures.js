@@ -144,8 +144,8 @@ export function stepText({ from, to, start, duration }) {
 export const SETTLED = 0.02;
 
 /**
- * Whether the figures of two steps are comparable: within the resolution of the figures, both have the same start, the same end
- * and the same duration.
+ * Whether the figures of two steps are comparable: within the resolution of the figures, both have the same start, the
+ * same end and the same duration.
  *
  * @param {import("./messages").Happened | null | undefined} one
  * @param {import("./messages").Happened | null | undefined} other

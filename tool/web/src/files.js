@@ -101,7 +101,8 @@ const BINARY = /\.(fmu|bin|dump|xlsx)$/i;
 const BEGIN = 4096;
 
 /**
- * Why a file cannot be read as text, if it cannot. Only UTF-16 text contains NUL bytes, and it begins with a byte order mark.
+ * Why a file cannot be read as text, if it cannot. Only UTF-16 text contains NUL bytes, and it begins with a byte order
+ * mark.
  *
  * @param {File} file
  * @returns {Promise<string | undefined>}
@@ -281,8 +282,8 @@ function refuse(name, message) {
 }
 
 /**
- * Opens an FMU: in the page, its start values become the parameters of a loop if its block is in the catalogue; the server can
- * also run the FMU itself.
+ * Opens an FMU: in the page, its start values become the parameters of a loop if its block is in the catalogue; the
+ * server can also run the FMU itself.
  *
  * @param {File} file
  */
@@ -301,7 +302,8 @@ async function openFmu(file) {
 }
 
 /**
- * Opens an FMU on the server: as the parameters of a known block, or as native code that runs only with the user's consent.
+ * Opens an FMU on the server: as the parameters of a known block, or as native code that runs only with the user's
+ * consent.
  *
  * @param {File} file
  */

@@ -1,6 +1,6 @@
 /**
- * Variables that the user overwrites: once, or in every call until they are released. A forced variable is marked wherever it is
- * shown.
+ * Variables that the user overwrites: once, or in every call until they are released. A forced variable is marked
+ * wherever it is shown.
  *
  * @typedef {import("./messages").Value} Value
  * @typedef {import("./messages").Values} Values
@@ -31,7 +31,8 @@ export function isForced(name) {
 }
 
 /**
- * The periods in which a variable was forced: first call, and call after the last, which is infinite if it is still forced.
+ * The periods in which a variable was forced: first call, and call after the last, which is infinite if it is still
+ * forced.
  *
  * @param {string} name
  */

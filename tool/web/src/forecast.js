@@ -1,6 +1,6 @@
 /**
- * The last setpoint step: its figures predicted with the identified plant and the settings in force then, next to the figures of the
- * run. A wrong model shows up here.
+ * The last setpoint step: its figures predicted with the identified plant and the settings in force then, next to the
+ * figures of the run. A wrong model shows up here.
  *
  * @typedef {import("./messages").Figures} Figures
  */

@@ -1,7 +1,7 @@
 /**
- * What-if curves: while a setting is being edited, the test of the current run, repeated with the values in the fields, is drawn
- * dashed behind the run. Once the values are applied, the curves stay until the run continues or restarts. The engine computes
- * them without disturbing the run.
+ * What-if curves: while a setting is being edited, the test of the current run, repeated with the values in the fields,
+ * is drawn dashed behind the run. Once the values are applied, the curves stay until the run continues or restarts. The
+ * engine computes them without disturbing the run.
  */
 
 import { ask } from "tool/engine.js";

@@ -1,6 +1,6 @@
 /**
- * The history of signals in a run: the calls in which each value changed, so that edges are drawn at the exact call in a run of
- * any length. Only new calls are requested.
+ * The history of signals in a run: the calls in which each value changed, so that edges are drawn at the exact call in
+ * a run of any length. Only new calls are requested.
  *
  * @typedef {object} Track
  * @property {number[]} calls calls in which the value changed, beginning with the first call
@@ -28,8 +28,9 @@ export function forgetTracks() {
  * The tracks of signals in a run, up to its last call.
  *
  * @param {string[]} names
- * @param {{ run: number, calls: number, step: number, time: number, after?: import("./messages").Values | null }} of `time` is the
- *   time of the last call, and `after` the results of a program in it, which belong in the row of the next call
+ * @param {{ run: number, calls: number, step: number, time: number, after?: import("./messages").Values | null }} of
+ *   `time` is the time of the last call, and `after` the results of a program in it, which belong in the row of the
+ *   next call
  * @returns {Promise<Map<string, Track>>}
  */
 export async function tracks(names, { run, calls, step, time, after }) {
@@ -99,8 +100,8 @@ export function placeOf(track, call) {
 }
 
 /**
- * Divides an interval of calls into parts: a constant value, or a band in which changes are too dense to be drawn, with their
- * number.
+ * Divides an interval of calls into parts: a constant value, or a band in which changes are too dense to be drawn, with
+ * their number.
  *
  * @param {Track} track
  * @param {number} first

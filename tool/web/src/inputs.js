@@ -1,6 +1,6 @@
 /**
- * The unconnected inputs of a program as operator controls: switches, push buttons and numbers, which take effect immediately.
- * Every change is logged with its time.
+ * The unconnected inputs of a program as operator controls: switches, push buttons and numbers, which take effect
+ * immediately. Every change is logged with its time.
  *
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("tool/store.js").Work} Work
@@ -163,7 +163,11 @@ function toggle(loop, { name }) {
 function push(loop, { name }) {
   const button = element("button.push", element("span.name", name));
   let isDown = false;
-  /** The run and its number of calls when it accepted the press. @type {{ run: number | undefined, calls: number } | undefined} */
+  /**
+   * The run and its number of calls when it accepted the press.
+   *
+   * @type {{ run: number | undefined, calls: number } | undefined}
+   */
   let taken;
   /** @type {(() => void) | undefined} */
   let endWaiting;

@@ -1,6 +1,6 @@
 /**
- * The blocks inside a program, such as its controllers: the choice of the one in the diagram, its parameters with their current
- * values, and a way to open it as a separate loop that can be tuned and replayed like any other.
+ * The blocks inside a program, such as its controllers: the choice of the one in the diagram, its parameters with their
+ * current values, and a way to open it as a separate loop that can be tuned and replayed like any other.
  *
  * @typedef {import("./messages").Description} Description
  * @typedef {import("tool/store.js").Work} Work

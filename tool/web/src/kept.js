@@ -1,6 +1,6 @@
 /**
- * The last sessions, which outlive their tabs: kept in localStorage, also for the page opened as a file. The first page offers
- * them. Each tab has one session.
+ * The last sessions, which outlive their tabs: kept in localStorage, also for the page opened as a file. The first page
+ * offers them. Each tab has one session.
  *
  * @typedef {object} KeptSession
  * @property {string} id
@@ -42,7 +42,8 @@ function write(kept) {
 }
 
 /**
- * Saves the session of this tab, unless the page comes from a server: the next server has a new address and would not find it.
+ * Saves the session of this tab, unless the page comes from a server: the next server has a new address and would not
+ * find it.
  *
  * @param {string} title
  * @param {string} content

@@ -1,6 +1,6 @@
 /**
- * LAD and FBD networks with power flow: paths that conduct in the displayed call are green and thick, paths that do not are dashed,
- * and unknown paths are plain. The engine records the wires of a call; values are those at its end.
+ * LAD and FBD networks with power flow: paths that conduct in the displayed call are green and thick, paths that do not
+ * are dashed, and unknown paths are plain. The engine records the wires of a call; values are those at its end.
  *
  * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").From} From
@@ -46,7 +46,8 @@ store.on("decided", (/** @type {typeof decided} */ of) => {
  * The networks of a block.
  *
  * @param {Block} of
- * @param {(of: import("tool/usage.js").Variable) => Way | undefined} wayTo finds the way to the declaration of a variable
+ * @param {(of: import("tool/usage.js").Variable) => Way | undefined} wayTo finds the way to the declaration of a
+ *   variable
  * @returns {HTMLElement}
  */
 export function ladder(of, wayTo) {
@@ -77,7 +78,13 @@ function network(of) {
   const isRun = (now) =>
     lines.some((line) => now.lines.has(line)) ||
     of.elements.some(({ outputs }) => outputs.some(({ wire }) => wire !== null && now.wires.has(wire)));
-  /** The value of a wire; `undefined` if it is unknown. @param {From} from @param {Told} now @returns {boolean | undefined} */
+  /**
+   * The value of a wire; `undefined` if it is unknown.
+   *
+   * @param {From} from
+   * @param {Told} now
+   * @returns {boolean | undefined}
+   */
   const truth = (from, now) => {
     if (from.operand) return noted(from.operand, now);
     if (from.element === null) return isRun(now) || undefined;

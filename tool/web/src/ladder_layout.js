@@ -1,6 +1,6 @@
 /**
- * Places the elements of a network and routes its wires: in columns from the rail to the right, each element after its inputs, and
- * in rows, one per branch.
+ * Places the elements of a network and routes its wires: in columns from the rail to the right, each element after its
+ * inputs, and in rows, one per branch.
  *
  * @typedef {import("./messages").Network} Network
  * @typedef {import("./messages").Element} Part

@@ -1,6 +1,6 @@
 /**
- * A link that contains a loop with its settings and its run, compressed in the fragment, which is never sent to a server. Opened on
- * another computer, it reproduces the run bit for bit.
+ * A link that contains a loop with its settings and its run, compressed in the fragment, which is never sent to a
+ * server. Opened on another computer, it reproduces the run bit for bit.
  *
  * @typedef {object} Carried
  * @property {1} version
@@ -10,7 +10,8 @@
  * @property {(import("./messages").Program | null)[]} [others] the same for the other members, in order
  * @property {import("./messages").Values} values in force at the end
  * @property {number | null} window visible part of the curves, in seconds
- * @property {Record<string, any>} [notes] for a program: the signals of the diagram, the watch table, the kinds of inputs
+ * @property {Record<string, any>} [notes] for a program: the signals of the diagram, the watch table, the kinds of
+ *   inputs
  * @property {import("tool/remake.js").Made | null} run
  * @property {Pick<import("tool/store.js").Work, "members" | "connections" | "step" | "exchange">} plant
  * @property {string} member the controller's name in the run

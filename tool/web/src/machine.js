@@ -1,6 +1,6 @@
 /**
- * A machine and its plant as programs: sources opened together in which one block is the machine and another is the plant that it
- * controls.
+ * A machine and its plant as programs: sources opened together in which one block is the machine and another is the
+ * plant that it controls.
  *
  * @typedef {import("./messages").KnownLoop} KnownLoop
  * @typedef {import("./messages").Program} Program
@@ -16,8 +16,8 @@ import { store } from "tool/store.js";
 const PLANT = /plant|simul|process|strecke/i;
 
 /**
- * Opens sources together. If exactly two blocks are not called by any other and the name of one identifies it as the plant, it is
- * connected to the other.
+ * Opens sources together. If exactly two blocks are not called by any other and the name of one identifies it as the
+ * plant, it is connected to the other.
  *
  * @param {File[]} files
  */

@@ -55,7 +55,8 @@ const PANELS = [
 for (const [id, mount] of PANELS) {
   const content = byId(id).querySelector(".content");
   if (content instanceof HTMLElement) mount(content);
-  // Paint the first page with its curve before mounting panels that it does not show. A hidden page has no frames, hence the timer.
+  // Paint the first page with its curve before mounting panels that it does not show. A hidden page has no frames,
+  // hence the timer.
   if (id === PANELS[0][0])
     await new Promise((done) => {
       requestAnimationFrame(() => setTimeout(done));

@@ -1,5 +1,6 @@
 /**
- * The visible part of the run and the displayed moment, at the cursor or now. Curves, timing diagram, inputs and source share them.
+ * The visible part of the run and the displayed moment, at the cursor or now. Curves, timing diagram, inputs and source
+ * share them.
  *
  * @typedef {import("./messages").Values} Values
  *
@@ -14,9 +15,17 @@ import { programOf } from "tool/program.js";
 import { split, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** The part of the run chosen by the user; by default, the latest part is followed. @type {[number, number] | undefined} */
+/**
+ * The part of the run chosen by the user; by default, the latest part is followed.
+ *
+ * @type {[number, number] | undefined}
+ */
 let zoomed;
-/** The part shown during a step test: after the step, the run is followed again. @type {[number, number] | undefined} */
+/**
+ * The part shown during a step test: after the step, the run is followed again.
+ *
+ * @type {[number, number] | undefined}
+ */
 let ofStep;
 /** The cursor position set by keys or mouse, in seconds. @type {number | undefined} */
 let cursor;
@@ -59,7 +68,11 @@ export function lookAt(time) {
   fetchValues();
 }
 
-/** All values at the cursor, or now. After a cursor move, the old values are returned until the new ones arrive. @returns {Values} */
+/**
+ * All values at the cursor, or now. After a cursor move, the old values are returned until the new ones arrive.
+ *
+ * @returns {Values}
+ */
 export function momentValues() {
   return (cursor !== undefined && got?.values) || presentValues();
 }
@@ -75,8 +88,8 @@ function presentValues() {
 }
 
 /**
- * Whether a variable is a result of the current program in a run whose members exchange values in parallel: then its value is in
- * the row of the next call.
+ * Whether a variable is a result of the current program in a run whose members exchange values in parallel: then its
+ * value is in the row of the next call.
  *
  * @param {string} name
  */
@@ -198,7 +211,11 @@ function round(seconds) {
   return decade * ([1, 1.5, 2, 3, 4, 6, 8].find((factor) => factor * decade >= seconds) ?? 10);
 }
 
-/** Shows the latest part of the run and follows it. @param {number} [length] in seconds; 0 is all; unchanged by default */
+/**
+ * Shows the latest part of the run and follows it.
+ *
+ * @param {number} [length] in seconds; 0 is all; unchanged by default
+ */
 export function follow(length) {
   const kept = notes();
   if (kept && length !== undefined) kept.window = length;

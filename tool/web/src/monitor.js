@@ -1,7 +1,7 @@
 /**
- * The program view: the source with errors marked and, during a run, the current values beside each line that names variables;
- * networks are drawn. Values that changed since the last update are highlighted; a line executed in the last call has a bar at its
- * number.
+ * The program view: the source with errors marked and, during a run, the current values beside each line that names
+ * variables; networks are drawn. Values that changed since the last update are highlighted; a line executed in the last
+ * call has a bar at its number.
  *
  * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").Compiled} Compiled
@@ -687,8 +687,8 @@ function topLine() {
 }
 
 /**
- * Scrolls the first executed line into view, unless the user has scrolled: declarations at the beginning of a source may fill the
- * visible part.
+ * Scrolls the first executed line into view, unless the user has scrolled: declarations at the beginning of a source
+ * may fill the visible part.
  *
  * @param {Set<number>} run
  */
@@ -746,7 +746,8 @@ function lastName(path) {
 }
 
 /**
- * The current value of a variable named in a line: its path, the value as text, its type, its name, a mark if it is forced.
+ * The current value of a variable named in a line: its path, the value as text, its type, its name, a mark if it is
+ * forced.
  *
  * @param {Line} one
  * @param {Named} named

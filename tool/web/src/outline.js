@@ -1,6 +1,6 @@
 /**
- * The shape of a signal as SVG path data, which a canvas can draw, too: a line through its values, or a band if only the lowest and
- * the highest value of each group of calls are known.
+ * The shape of a signal as SVG path data, which a canvas can draw, too: a line through its values, or a band if only
+ * the lowest and the highest value of each group of calls are known.
  *
  * @typedef {object} How
  * @property {boolean} isExact whether each row is a call; otherwise, each pair of rows is a group of calls

@@ -1,6 +1,6 @@
 /**
- * The curves behind those of a run: earlier runs in their own colours, and dashed curves of the prediction and of the trial of edited
- * values. Also copies values beside the curves with all digits.
+ * The curves behind those of a run: earlier runs in their own colours, and dashed curves of the prediction and of the
+ * trial of edited values. Also copies values beside the curves with all digits.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  * @typedef {import("./messages").Curves} View
@@ -32,7 +32,8 @@ export function drawnOfEarlier(loop) {
 }
 
 /**
- * Hides the values at time 0 in a run with parallel exchange: they are outputs from before the first call, not a state of the loop.
+ * Hides the values at time 0 in a run with parallel exchange: they are outputs from before the first call, not a state
+ * of the loop.
  *
  * @param {number[]} times
  * @param {(number | null)[]} values

@@ -1,6 +1,6 @@
 /**
- * The panels around the curves: tabs below them, or beside them on a wide screen, and drawers that open over them. The current tab and
- * the height of the tabs are remembered.
+ * The panels around the curves: tabs below them, or beside them on a wide screen, and drawers that open over them. The
+ * current tab and the height of the tabs are remembered.
  */
 
 import { attribute, byId, element } from "tool/dom.js";

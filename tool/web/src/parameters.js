@@ -1,8 +1,9 @@
 /**
  * The settings of the current loop in the groups of the vendor's dialog.
  *
- * Edits take effect when they are applied: Enter applies all edits, Esc discards the edit of the field. Invalid text stays in the
- * field with a message, and the value in force is kept. Settings without effect are folded away at the end of their group.
+ * Edits take effect when they are applied: Enter applies all edits, Esc discards the edit of the field. Invalid text
+ * stays in the field with a message, and the value in force is kept. Settings without effect are folded away at the end
+ * of their group.
  *
  * @typedef {import("./store.js").Work} Work
  * @typedef {import("./store.js").Setting} Setting
@@ -33,7 +34,11 @@ import { isBoolean, isTime, number, plcTime, read, rounded, shown } from "tool/v
 
 /** @type {Map<string, Row>} */
 let rows = new Map();
-/** The groups of the current loop. @type {{ box: HTMLElement, used: HTMLElement, fold: HTMLDetailsElement, folded: HTMLElement, summary: HTMLElement, names: string[] }[]} */
+/**
+ * The groups of the current loop.
+ *
+ * @type {{ box: HTMLElement, used: HTMLElement, fold: HTMLDetailsElement, folded: HTMLElement, summary: HTMLElement, names: string[] }[]}
+ */
 let groups = [];
 /** The groups unfolded by the user, by block. @type {Set<string>} */
 const unfolded = new Set();
@@ -179,8 +184,8 @@ function findActing() {
 }
 
 /**
- * The groups in order of use: the setpoint, then the tuning settings, so that they are visible even below a list of loops, then the
- * rest.
+ * The groups in order of use: the setpoint, then the tuning settings, so that they are visible even below a list of
+ * loops, then the rest.
  *
  * @param {import("./messages").Description} description
  */

@@ -1,6 +1,6 @@
 /**
- * The picture of a run, drawn with uPlot: curves with one axis per unit, Booleans in lanes below them on the same time axis, overlays
- * behind them, and marks for events.
+ * The picture of a run, drawn with uPlot: curves with one axis per unit, Booleans in lanes below them on the same time
+ * axis, overlays behind them, and marks for events.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  * @typedef {import("tool/overlay.js").Overlay} Overlay
@@ -58,7 +58,11 @@ export function makePlot(place, { width, height }, all, parts) {
   const below = lanes / Math.max(inner - lanes, 1);
   /** The lowest value of each axis above the lanes. @type {Record<string, number>} */
   const floors = {};
-  /** The numbers on each axis; those on the right are at the grid lines of the left. @type {Record<string, number[]>} */
+  /**
+   * The numbers on each axis; those on the right are at the grid lines of the left.
+   *
+   * @type {Record<string, number[]>}
+   */
   const lines = {};
   const scales = [...new Set(["left", ...numbers.map((curve) => curve.scale)])];
   /** The range of the left axis above the lanes. @type {[number, number]} */

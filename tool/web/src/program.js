@@ -1,6 +1,6 @@
 /**
- * PLC programs: the engine translates dropped sources and adds the program to its catalogue; it then runs as a loop. A rejected program
- * is kept so that its problems can be shown at their lines.
+ * PLC programs: the engine translates dropped sources and adds the program to its catalogue; it then runs as a loop. A
+ * rejected program is kept so that its problems can be shown at their lines.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Program} Program
@@ -117,8 +117,8 @@ export async function openProgram(files) {
     (/** @type {SourceFile[]} */ all) =>
     (/** @type {SourceFile} */ { file }) =>
       all.some((one) => one.file === file);
-  // Reopened sources belong to the loop that already has them, and keep its options and its other sources. A folder may have new
-  // sources.
+  // Reopened sources belong to the loop that already has them, and keep its options and its other sources. A folder may
+  // have new sources.
   const before = store.loops.find((loop) => {
     const files = programOf(loop)?.program.files ?? [];
     return files.length > 0 && (sources.every(isIn(files)) || (isFolder && files.every(isIn(sources))));
@@ -216,7 +216,8 @@ function freeName(block) {
 }
 
 /**
- * Replaces the program of a loop: values, plant, connections and runs are kept if the new program still has the variables.
+ * Replaces the program of a loop: values, plant, connections and runs are kept if the new program still has the
+ * variables.
  *
  * @param {Work} before
  * @param {string} fmu

@@ -1,4 +1,6 @@
-/** The example program on the first page: an oven with a start button, a ramp and a trip, and a block as its controller. */
+/**
+ * The example program on the first page: an oven with a start button, a ramp and a trip, and a block as its controller.
+ */
 
 import { toBase64 } from "tool/engine.js";
 import { choose } from "tool/plant.js";

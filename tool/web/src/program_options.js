@@ -1,6 +1,6 @@
 /**
- * The translation options of a program: the call interval, the block to run, the CPU, tags and constants that no source declares, and
- * the variables that become inputs, outputs or parameters.
+ * The translation options of a program: the call interval, the block to run, the CPU, tags and constants that no source
+ * declares, and the variables that become inputs, outputs or parameters.
  *
  * @typedef {import("./messages").Program} Program
  * @typedef {import("./messages").Compiled} Compiled

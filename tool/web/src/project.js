@@ -1,6 +1,6 @@
 /**
- * A project: the contents of its files as a table, and the assumptions about names that no file declares as a list that the user
- * confirms or edits.
+ * A project: the contents of its files as a table, and the assumptions about names that no file declares as a list that
+ * the user confirms or edits.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Program} Program

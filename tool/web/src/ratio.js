@@ -10,7 +10,8 @@ import { store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
 /**
- * A row that stores a model for heating and one for cooling, and computes the ratio from both. `null` for a block without a ratio.
+ * A row that stores a model for heating and one for cooling, and computes the ratio from both. `null` for a block
+ * without a ratio.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {{ heating: Model | undefined, cooling: Model | undefined }} kept

@@ -1,5 +1,6 @@
 /**
- * Replays a recording from the plant through the block: does it compute the same as the block in the PLC, and if not, why?
+ * Replays a recording from the plant through the block: does it compute the same as the block in the PLC, and if not,
+ * why?
  *
  * @typedef {import("./messages").Replayed} Replayed
  * @typedef {import("./csv.js").Recording} Recording
@@ -34,7 +35,8 @@ let mapping;
 /** @type {HTMLElement} */
 let result;
 /**
- * The curves of the replay, shown in place of the run's curves while the tab is open: below the table they would be out of sight.
+ * The curves of the replay, shown in place of the run's curves while the tab is open: below the table they would be out
+ * of sight.
  *
  * @type {HTMLElement}
  */
@@ -189,8 +191,8 @@ async function replay(isGoingOn = false) {
 }
 
 /**
- * Repeats the replay with a search for the causes of the difference. It takes seconds, so the page shows the time elapsed, and the
- * user can stop it and keep the known result.
+ * Repeats the replay with a search for the causes of the difference. It takes seconds, so the page shows the time
+ * elapsed, and the user can stop it and keep the known result.
  *
  * @param {import("./messages").Dialogue["replay"]["request"] & { do: "replay" }} request
  * @param {Replayed} known
@@ -335,8 +337,8 @@ function showResult(replayed, allowed) {
             `${changed(suspect, block)}.`,
             suspect.fits ? element("strong.good", "none: it fits") : String(suspect.different),
             rounded(suspect.largest, "LREAL", 6),
-            // No button for a change that leaves a difference or applies only to a part of the recording. The likeliest change is
-            // offered above.
+            // No button for a change that leaves a difference or applies only to a part of the recording. The likeliest
+            // change is offered above.
             suspect.fits &&
             !suspect.since &&
             Object.keys(suspect.values).length > 0 &&

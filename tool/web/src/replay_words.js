@@ -136,8 +136,8 @@ export function fitting({ conclusion, settings, suspects }) {
 }
 
 /**
- * Reports that a setting was changed during the recording: `Up to cycle 69 GAIN is 2; from cycle 70 (35 s) on, GAIN 0.75 explains
- * every cycle.`, with details such as the uncertainty of time and value.
+ * Reports that a setting was changed during the recording: `Up to cycle 69 GAIN is 2; from cycle 70 (35 s) on, GAIN
+ * 0.75 explains every cycle.`, with details such as the uncertainty of time and value.
  *
  * @param {Suspect} suspect
  * @param {Since} since of the suspect
@@ -168,7 +168,12 @@ function ofSince(suspect, { change, at, earliest, latest }, variables, isSure) {
   };
 }
 
-/** `GAIN 0.7 instead of 2, and line 902 (5 s) is no call` @param {Change[]} changes @param {{ variables: Variable[] }} block */
+/**
+ * `GAIN 0.7 instead of 2, and line 902 (5 s) is not a call`
+ *
+ * @param {Change[]} changes
+ * @param {{ variables: Variable[] }} block
+ */
 function fit(changes, { variables }) {
   const settings = changes.flatMap((change) => {
     if (!("setting" in change)) return [];
@@ -181,8 +186,8 @@ function fit(changes, { variables }) {
 }
 
 /**
- * The recorded settings with which the outputs are equal although the loop has other values: `the recording's GAIN (0.7 at first, 0.77
- * at the end), while 1.2 is in force`.
+ * The recorded settings with which the outputs are equal although the loop has other values: `the recording's GAIN (0.7
+ * at first, 0.77 at the end), while 1.2 is in force`.
  *
  * @param {Replayed["moving"]} moving
  * @param {Block} block

@@ -1,5 +1,6 @@
 /**
- * The tuning rules as a table with their predicted effects, and the settings of the chosen rule next to the current ones.
+ * The tuning rules as a table with their predicted effects, and the settings of the chosen rule next to the current
+ * ones.
  *
  * @typedef {import("./messages").Tuned} Tuned
  * @typedef {import("tool/store.js").Work} Work
@@ -30,7 +31,11 @@ const METRICS = /** @type {[string, string][]} */ ([
   ["gain margin", "gain_margin"],
   ["phase margin", "phase_margin"],
 ]);
-/** Columns omitted in narrow and very narrow tables; the list for the chosen rule has them. @type {Record<string, string>} */
+/**
+ * Columns omitted in narrow and very narrow tables; the list for the chosen rule has them.
+ *
+ * @type {Record<string, string>}
+ */
 const DETAILS = {
   ...{ travel: "detail", recovers: "detail", "gain margin": "detail", "phase margin": "detail" },
   "load: deviation": "detail is-last",
@@ -99,12 +104,14 @@ export function rulesTable(loop, { rows, missing }, present, chosen, units, choo
 }
 
 /**
- * The settings of a rule on one line, with buttons for the next actions in order: apply them, and run the predicted step.
+ * The settings of a rule on one line, with buttons for the next actions in order: apply them, and run the predicted
+ * step.
  *
  * @param {string} rule
  * @param {Tuned} answer
  * @param {{ name: string, title: string, act: () => void }[]} next
- * @returns {{ row: HTMLElement, show: (at: number, words: string) => void }} `show` sets the next action; earlier ones are done
+ * @returns {{ row: HTMLElement, show: (at: number, words: string) => void }} `show` sets the next action; earlier ones
+ *   are done
  */
 export function applyRow(rule, answer, next) {
   const isStable = answer.sensitivity !== null;

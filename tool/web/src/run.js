@@ -1,6 +1,6 @@
 /**
- * Runs the loop, in real time or as fast as possible; changes setpoint, disturbance, noise and manual value during the run; and lists
- * the events, which can be repeated.
+ * Runs the loop, in real time or as fast as possible; changes setpoint, disturbance, noise and manual value during the
+ * run; and lists the events, which can be repeated.
  *
  * @typedef {import("./messages").Value} Value
  */
@@ -55,7 +55,10 @@ const MOST_UNRESTING = 20_000;
 let runButton;
 /** Repeats the test with the settings applied since it began. @type {HTMLButtonElement} */
 let againButton;
-/** The time when settings were last applied in the run, and the start of the step to which the metrics belong, in seconds. */
+/**
+ * The time when settings were last applied in the run, and the start of the step to which the metrics belong, in
+ * seconds.
+ */
 let [applied, stepped] = [0, 0];
 /** Whether settings have been applied since the run began that would change its result. */
 let isOffered = false;
@@ -206,8 +209,8 @@ async function runOrPause() {
 }
 
 /**
- * Applies edits: a run with values other than the visible ones would be misleading. If a value cannot be applied, reports it; then
- * nothing runs.
+ * Applies edits: a run with values other than the visible ones would be misleading. If a value cannot be applied,
+ * reports it; then nothing runs.
  */
 async function isApplied() {
   if (store.edited().length === 0 || (await store.send())) return true;
@@ -750,7 +753,9 @@ async function showDone() {
  * @param {import("./messages").Event[]} events
  */
 function summed(events) {
-  /** @type {{ variable: string, value: Value, act: string, time: number, until: number, last: number, count: number }[]} */
+  /**
+   * @type {{ variable: string, value: Value, act: string, time: number, until: number, last: number, count: number }[]}
+   */
   const lines = [];
   /** @type {Map<string, typeof lines[number]>} */
   const open = new Map();

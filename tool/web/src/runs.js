@@ -1,6 +1,6 @@
 /**
- * The runs of a loop as a list: name, settings that differ, figures side by side, a colour, and whether they are drawn. A run can be
- * repeated: as the same test with the current settings, or bit for bit.
+ * The runs of a loop as a list: name, settings that differ, figures side by side, a colour, and whether they are drawn.
+ * A run can be repeated: as the same test with the current settings, or bit for bit.
  *
  * @typedef {import("./messages").Figure} Figure
  * @typedef {import("tool/store.js").Work} Work
@@ -189,8 +189,8 @@ async function follow() {
 }
 
 /**
- * The previous settings of a loop, for a report: at the end of the run with which it is compared, or by default those with which the
- * loop was opened.
+ * The previous settings of a loop, for a report: at the end of the run with which it is compared, or by default those
+ * with which the loop was opened.
  *
  * @param {Work} loop
  * @param {number} [run]

@@ -1,6 +1,6 @@
 /**
- * A preview of a file to be saved: each setting of each loop that differs, with its old and its new value, and each edit that has not
- * been applied and therefore will not be saved.
+ * A preview of a file to be saved: each setting of each loop that differs, with its old and its new value, and each
+ * edit that has not been applied and therefore will not be saved.
  *
  * @typedef {import("tool/store.js").Work} Work
  * @typedef {import("tool/store.js").Setting} Setting

@@ -1,6 +1,6 @@
 /**
- * The session, which survives a reload of the page: loops, values, and the events of the run. It is saved in sessionStorage, which is
- * lost with the tab, and less often in the list of the last sessions, which is not.
+ * The session, which survives a reload of the page: loops, values, and the events of the run. It is saved in
+ * sessionStorage, which is lost with the tab, and less often in the list of the last sessions, which is not.
  */
 
 import { ask } from "tool/engine.js";
@@ -16,7 +16,9 @@ const VERSION = 2;
 const MOST_CALLS = 200_000;
 /** Nor is a run with more events: a long ramp sets a value in each call. */
 const MOST_EVENTS = 5000;
-/** The delay before a change is saved, and the interval at which the session is saved beyond the tab, in milliseconds. */
+/**
+ * The delay before a change is saved, and the interval at which the session is saved beyond the tab, in milliseconds.
+ */
 const [SOON, OFTEN] = [300, 3000];
 let keptLast = 0;
 /** Whether another session is replacing this one: its data must not be overwritten. */

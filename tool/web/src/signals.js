@@ -36,7 +36,8 @@ export async function signals(loop) {
 }
 
 /**
- * The FMI units of a loop's process value and manipulated value. A controller may not specify them; then they come from its plant.
+ * The FMI units of a loop's process value and manipulated value. A controller may not specify them; then they come from
+ * its plant.
  *
  * @param {Work} loop
  * @returns {Promise<{ processValue: string, manipulatedValue: string }>}
@@ -131,8 +132,8 @@ export async function faults(loop) {
 }
 
 /**
- * The averaging time for the pulses of a controller, in seconds: the period of its pulse former, if its manipulated value is a mean of
- * pulses.
+ * The averaging time for the pulses of a controller, in seconds: the period of its pulse former, if its manipulated
+ * value is a mean of pulses.
  *
  * @param {Work} loop
  * @returns {number | undefined}

@@ -13,8 +13,8 @@ const [LABELS, LABEL] = [/^([^:]+):(?!=)/, /^\s*[#"\w.+-]+\s*$/];
 const WHOLE = /^[+-]?\d+$/;
 
 /**
- * The names of the values of each CASE variable, by the variable's path in the program, in capitals. The name of a value is the
- * constant used as its label, or the comment after a number; otherwise it has none.
+ * The names of the values of each CASE variable, by the variable's path in the program, in capitals. The name of a
+ * value is the constant used as its label, or the comment after a number; otherwise it has none.
  *
  * @param {Compiled} compiled
  * @param {Program} program
@@ -25,7 +25,11 @@ export function steps(compiled, program) {
   const found = new Map();
   for (const [file, source] of compiled.sources.entries()) {
     const lines = lookOf(source.text.split(/\r\n|\n|\r/));
-    /** The open CASEs, innermost last; `undefined` if a CASE is not over a variable. @type {(Map<number, string> | undefined)[]} */
+    /**
+     * The open CASEs, innermost last; `undefined` if a CASE is not over a variable.
+     *
+     * @type {(Map<number, string> | undefined)[]}
+     */
     const open = [];
     for (const [at, { code, comment }] of lines.entries()) {
       const block = compiled.blocks.findLast((one) => one.file === file && one.line <= at + 1);

@@ -1,5 +1,6 @@
 /**
- * The setpoint step that a user makes: from the current state of the loop, or its state before the last step of the run.
+ * The setpoint step that a user makes: from the current state of the loop, or its state before the last step of the
+ * run.
  *
  * @typedef {import("tool/store.js").Work} Work
  */
@@ -17,10 +18,12 @@ const LEAST = 1e-3;
 const NOTHING = 1e-6;
 
 /**
- * The step to predict, and the origin of its curve in the picture of the run. The step begins in automatic mode, at rest.
+ * The step to predict, and the origin of its curve in the picture of the run. The step begins in automatic mode, at
+ * rest.
  *
  * @param {Work} loop
- * @param {{ from: string, to: string }} typed process value before the step and setpoint after it; if empty, taken from the run
+ * @param {{ from: string, to: string }} typed process value before the step and setpoint after it; if empty, taken from
+ *   the run
  * @param {import("./messages").Model} model
  * @returns {Promise<{ step: import("./messages").Step, band: number | null, origin: import("tool/overlay.js").Origin, same: string }>}
  *   `band` is the recovery band of a run of the loop, regardless of the typed values; `same` is the typed target if it equals the
@@ -58,7 +61,8 @@ export async function userStep(loop, typed, model) {
 }
 
 /**
- * The state of the loop before the last setpoint step in automatic mode; without one, or for the next step, the current state.
+ * The state of the loop before the last setpoint step in automatic mode; without one, or for the next step, the current
+ * state.
  *
  * @param {Work} loop
  * @param {number} goal the setpoint, or NaN
@@ -73,7 +77,8 @@ async function restBefore(loop, goal, isNext) {
   const isManual = manualOn !== undefined && loop.settings[manualOn]?.sent === true;
   const processValue = await controlledValue(loop);
   if (state.calls === 0) {
-    // The start of the run is the step: from the plant's initial value, before any call, with a controller that has not acted yet.
+    // The start of the run is the step: from the plant's initial value, before any call, with a controller that has not
+    // acted yet.
     const source = wiredTo(loop, loop.description.roles.process_value ?? "") ?? processValue;
     const begun = isManual && manual ? number(loop.settings[manual[1]]?.sent) : 0;
     return { time: 0, processValue: number(state.values[source ?? ""]), manipulatedValue: begun };

@@ -1,20 +1,21 @@
 /**
- * The state of the page, and all functions that change it. Panels display it, call its functions and listen for changes.
+ * The state of the page, and all functions that change it. Panels display it, call its functions and listen for
+ * changes.
  *
  * # For the panels
  *
- * - `store.loop` is the current {@link Work}, `store.loops` are all open ones. A Work has its settings by name, each with the
- *   block's start value, the value in the file, the value in force (`sent`) and the value in the field (`value`). A setting is
- *   *edited* while the last two differ; `store.send()` puts edited values in force, also in the engine's run if it belongs to this
- *   loop. `loop.members` are the other FMUs of the loop (plant, sensor), `loop.connections` the connections between them,
- *   `loop.step` and `loop.exchange` determine how they are stepped, all in the form that `start` accepts; change them with
- *   `store.connect(...)`.
- * - `loop.member` is the name of the controller's member: the loop's name, reduced to plain characters. Its variables in the engine
- *   are `variable(loop, "GAIN")` = `TIC101.GAIN`.
- * - A run: `store.begin()` starts it (Setup from the loop), `store.calls(n)` makes calls, `store.repeat(...)` repeats it,
- *   `store.now(values)` sets live values immediately (setpoint, MAN, disturbances), `store.ramp(...)` ramps a value. Each resolves to
- *   the new State, which becomes `store.state`. `store.isLive()` tells whether the engine's current run belongs to the current loop.
- *   `loop.runs` are the numbers of its runs in the engine, latest last.
+ * - `store.loop` is the current {@link Work}, `store.loops` are all open ones. A Work has its settings by name, each
+ *   with the block's start value, the value in the file, the value in force (`sent`) and the value in the field
+ *   (`value`). A setting is *edited* while the last two differ; `store.send()` puts edited values in force, also in the
+ *   engine's run if it belongs to this loop. `loop.members` are the other FMUs of the loop (plant, sensor),
+ *   `loop.connections` the connections between them, `loop.step` and `loop.exchange` determine how they are stepped,
+ *   all in the form that `start` accepts; change them with `store.connect(...)`.
+ * - `loop.member` is the name of the controller's member: the loop's name, reduced to plain characters. Its variables
+ *   in the engine are `variable(loop, "GAIN")` = `TIC101.GAIN`.
+ * - A run: `store.begin()` starts it (Setup from the loop), `store.calls(n)` makes calls, `store.repeat(...)` repeats
+ *   it, `store.now(values)` sets live values immediately (setpoint, MAN, disturbances), `store.ramp(...)` ramps a
+ *   value. Each resolves to the new State, which becomes `store.state`. `store.isLive()` tells whether the engine's
+ *   current run belongs to the current loop. `loop.runs` are the numbers of its runs in the engine, latest last.
  * - A panel's own requests go through `ask` in engine.js; show an error with `store.say(error)` or next to its cause.
  *
  * # Events: `store.on(what, function)`, which returns a function that removes the listener
@@ -112,9 +113,17 @@ import { same } from "tool/values.js";
 const listeners = new Map();
 
 let lastId = 0;
-/** The number of the last check of each loop: an earlier one still pending is obsolete. @type {WeakMap<Work, number>} */
+/**
+ * The number of the last check of each loop: an earlier one still pending is obsolete.
+ *
+ * @type {WeakMap<Work, number>}
+ */
 const checks = new WeakMap();
-/** The last Undo or Redo: each waits for the one before, because it may have to update the run. @type {Promise<unknown>} */
+/**
+ * The last Undo or Redo: each waits for the one before, because it may have to update the run.
+ *
+ * @type {Promise<unknown>}
+ */
 let restoring = Promise.resolve();
 
 export const store = {
@@ -384,7 +393,11 @@ export const store = {
     return store.restore("undo", "redo", "before");
   },
 
-  /** Redoes the last undone edit; values that were in force with it are put in force again. @returns {Promise<unknown>} */
+  /**
+   * Redoes the last undone edit; values that were in force with it are put in force again.
+   *
+   * @returns {Promise<unknown>}
+   */
   redo() {
     return store.restore("redo", "undo", "after");
   },
@@ -441,8 +454,8 @@ export const store = {
   },
 
   /**
-   * Sets the other members of the current loop, all its connections, the communication step and the exchange of values. If
-   * `isGoingOn`, the run continues with the current controller, and with the step and the exchange it began with.
+   * Sets the other members of the current loop, all its connections, the communication step and the exchange of values.
+   * If `isGoingOn`, the run continues with the current controller, and with the step and the exchange it began with.
    *
    * @param {Pick<Work, "members" | "connections" | "step" | "exchange">} changed
    * @param {boolean} [isGoingOn]
@@ -590,7 +603,8 @@ export const store = {
   },
 
   /**
-   * Sets values immediately, in the field, in force and in the run: under the controller's own names, or `MEMBER.VARIABLE` for others.
+   * Sets values immediately, in the field, in force and in the run: under the controller's own names, or
+   * `MEMBER.VARIABLE` for others.
    *
    * @param {Values} values
    * @param {boolean} [isEvent] whether they belong only to the run in progress: the next one starts without them
@@ -693,7 +707,8 @@ export function source(setting, which = "value") {
 }
 
 /**
- * The settings of a loop that differ from the block's start values or are in its file, in the form that the engine accepts.
+ * The settings of a loop that differ from the block's start values or are in its file, in the form that the engine
+ * accepts.
  *
  * @param {Work} loop
  * @param {"value" | "sent"} which the values in the fields, or the values in force
@@ -787,9 +802,9 @@ export function split(name) {
 }
 
 /**
- * Before manual mode ends, makes one call with the values set since the last call. In manual mode, each call prepares the integral
- * action for the settings and the setpoint of that call. A PLC makes many calls before the operator throws the switch; a paused run
- * makes none.
+ * Before manual mode ends, makes one call with the values set since the last call. In manual mode, each call prepares
+ * the integral action for the settings and the setpoint of that call. A PLC makes many calls before the operator throws
+ * the switch; a paused run makes none.
  *
  * @param {Work} loop
  * @param {Values} values values about to be set
@@ -803,8 +818,8 @@ async function prepareTakeover(loop, values) {
 }
 
 /**
- * Updates settings moved in the run by a ramp or a repeated run, and returns their names. A value sent since the last call is not in
- * the state yet and is kept.
+ * Updates settings moved in the run by a ramp or a repeated run, and returns their names. A value sent since the last
+ * call is not in the state yet and is kept.
  *
  * @param {Work | undefined} loop
  * @param {State} state

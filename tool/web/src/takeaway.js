@@ -1,5 +1,6 @@
 /**
- * Exports: the block's FMU with the loop's start values, parameter files, the run as a description, CSV, picture, report.
+ * Exports: the block's FMU with the loop's start values, parameter files, the run as a description, CSV, picture,
+ * report.
  *
  * @typedef {import("./messages").Export} Export
  */
@@ -73,7 +74,11 @@ export function save(name, content) {
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** Shows the content of the files to be saved, for the current loop and those saved with it. @type {(() => void) | undefined} */
+/**
+ * Shows the content of the files to be saved, for the current loop and those saved with it.
+ *
+ * @type {(() => void) | undefined}
+ */
 let showContent;
 
 function show() {

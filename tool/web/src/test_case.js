@@ -1,6 +1,6 @@
 /**
- * A program run as a test: the inputs call by call, and the observed outputs, of which the user keeps the expected ones. The result is
- * a file for `plcfmu test`.
+ * A program run as a test: the inputs call by call, and the observed outputs, of which the user keeps the expected
+ * ones. The result is a file for `plcfmu test`.
  *
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("tool/history.js").Track} Track
@@ -146,8 +146,8 @@ async function observed(loop) {
 }
 
 /**
- * The calls in which a variable changes, with its values; before the first call, it has its start value. A forced variable is set
- * in each call.
+ * The calls in which a variable changes, with its values; before the first call, it has its start value. A forced
+ * variable is set in each call.
  *
  * @param {Variable} variable
  * @param {Track} track
@@ -170,7 +170,8 @@ function changes({ start }, track, spans, calls) {
 }
 
 /**
- * The values in given calls, without those equal to the previous one; before the first call, a variable has its start value.
+ * The values in given calls, without those equal to the previous one; before the first call, a variable has its start
+ * value.
  *
  * @param {Variable} variable
  * @param {Track} track

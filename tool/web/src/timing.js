@@ -1,6 +1,7 @@
 /**
- * The timing diagram of a program: one lane per Boolean, steps as bands with numbers and names, analog values in panels by unit, a
- * cursor, and beside each signal its value at the cursor or now. Lanes are as high as a line of text and scroll if necessary.
+ * The timing diagram of a program: one lane per Boolean, steps as bands with numbers and names, analog values in panels
+ * by unit, a cursor, and beside each signal its value at the cursor or now. Lanes are as high as a line of text and
+ * scroll if necessary.
  *
  * @typedef {import("tool/history.js").Track} Track
  * @typedef {import("tool/store.js").Work} Work

@@ -1,6 +1,6 @@
 /**
- * The signals of a timing diagram: which are shown, how each is drawn, and the list for choosing them. The choice is stored with the
- * loop.
+ * The signals of a timing diagram: which are shown, how each is drawn, and the list for choosing them. The choice is
+ * stored with the loop.
  *
  * @typedef {import("tool/signals.js").Signal} Signal
  * @typedef {import("tool/store.js").Work} Work
@@ -30,7 +30,11 @@ const [MOST_FIRST, MOST_LISTED] = [24, 200];
 const FIRST_COLOUR = 3;
 const BITS = /^(BYTE|WORD|DWORD)$/;
 
-/** The steps of programs, by name in the catalogue, under which the sources never change. @type {Map<string, ReturnType<typeof steps>>} */
+/**
+ * The steps of programs, by name in the catalogue, under which the sources never change.
+ *
+ * @type {Map<string, ReturnType<typeof steps>>}
+ */
 const found = new Map();
 
 /** @param {string} fmu */

@@ -1,6 +1,6 @@
 /**
- * Tuning: identifies the plant's model from a step, computes settings by a rule, shows their predicted effects, and applies them on
- * request.
+ * Tuning: identifies the plant's model from a step, computes settings by a rule, shows their predicted effects, and
+ * applies them on request.
  *
  * @typedef {import("./messages").Identified} Identified
  * @typedef {import("./messages").Method} Method
@@ -343,7 +343,10 @@ function showCsv() {
   );
 }
 
-/** @param {boolean} fromCsv @param {{ from?: number, to?: number }} [part] the part of the run; by default, all of it */
+/**
+ * @param {boolean} fromCsv
+ * @param {{ from?: number, to?: number }} [part] the part of the run; by default, all of it
+ */
 async function identify(fromCsv, part = {}) {
   const loop = store.loop;
   if (!loop) return;
@@ -376,7 +379,11 @@ async function identify(fromCsv, part = {}) {
   }
 }
 
-/** Shows why no model was found, and clears the previous one, which does not belong to these data. @param {string} why */
+/**
+ * Shows why no model was found, and clears the previous one, which does not belong to these data.
+ *
+ * @param {string} why
+ */
 function refuse(why) {
   endChart();
   text(fit, "");
@@ -734,7 +741,11 @@ function showRules(compared, chosen, place, present) {
   if (again instanceof HTMLElement) again.focus();
 }
 
-/** A key of the plant and its connections: when it changes, the model is out of date. @param {import("tool/store.js").Work} loop */
+/**
+ * A key of the plant and its connections: when it changes, the model is out of date.
+ *
+ * @param {import("tool/store.js").Work} loop
+ */
 function plantOf({ members, connections }) {
   return JSON.stringify([members, connections]);
 }

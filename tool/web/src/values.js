@@ -100,8 +100,8 @@ export function hexadecimal(value, kind) {
 }
 
 /**
- * A value of a program in PLC notation: a TIME or a bit string in its own form, a whole number with all digits, other numbers rounded
- * for display.
+ * A value of a program in PLC notation: a TIME or a bit string in its own form, a whole number with all digits, other
+ * numbers rounded for display.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind

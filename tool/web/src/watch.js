@@ -1,6 +1,6 @@
 /**
- * The watch table: variables of the user's choice with their values, now or at the cursor. Each can be set once, or forced in every
- * call. The table is stored with the loop.
+ * The watch table: variables of the user's choice with their values, now or at the cursor. Each can be set once, or
+ * forced in every call. The table is stored with the loop.
  *
  * @typedef {import("./messages").Value} Value
  * @typedef {import("tool/signals.js").Signal} Signal

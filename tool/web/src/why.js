@@ -1,7 +1,7 @@
 /**
- * Why a variable has its value: the statement that wrote it last, the conditions under which it ran, and the operands of both, each of
- * which can be explained in turn. The engine records which statements ran in a call and which operands decided; other values are those
- * at the end of the call.
+ * Why a variable has its value: the statement that wrote it last, the conditions under which it ran, and the operands
+ * of both, each of which can be explained in turn. The engine records which statements ran in a call and which operands
+ * decided; other values are those at the end of the call.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Decision} Decision
@@ -280,7 +280,8 @@ function statement(loop, member, of, at, title, name) {
       "ul",
       guardsOf(write, ran).map((guard) => {
         const decision = decisions?.guards[write.guards.indexOf(guard)];
-        // The statement ran, so a contrary record is from a later evaluation; in a loop, it is the one that ended the loop.
+        // The statement ran, so a contrary record is from a later evaluation; in a loop, it is the one that ended the
+        // loop.
         const isAgain = ran && decision?.truth === guard.is_negated;
         const isEnd = isAgain && (guard.of === "while" || guard.of === "until");
         return element(
@@ -347,7 +348,11 @@ function apart(all, decision) {
   ];
 }
 
-/** The keyword of a condition: in a CASE it is a value with a label, not a truth value. @param {import("./messages").Guard} guard */
+/**
+ * The keyword of a condition: in a CASE it is a value with a label, not a truth value.
+ *
+ * @param {import("./messages").Guard} guard
+ */
 function wordOf({ of, is_negated: isNegated }) {
   if (of === "case") return isNegated ? "in the ELSE of the CASE of " : "in the CASE of ";
   if (of === "if") return isNegated ? "if not " : "if ";

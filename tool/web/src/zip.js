@@ -4,7 +4,10 @@ const END = 0x06054b50;
 const ENTRY = 0x02014b50;
 const FILE = 0x04034b50;
 const [STORED, DEFLATED] = [0, 8];
-/** 1 January 1980, the earliest date possible in an archive; it is fixed, so that the same content always gives the same bytes. */
+/**
+ * 1 January 1980, the earliest date possible in an archive; it is fixed, so that the same content always gives the same
+ * bytes.
+ */
 const DAY = 0x21;
 /** The flag for UTF-8 names. */
 const UTF8 = 0x800;
