@@ -234,9 +234,9 @@ def test_the_python_package_steps_an_fmu_of_fmi_3(sampled):
         one = fmus.start(sampled, {"SP": SP, "A": [1, 2, 3, 4]})
         one.step(0.0, 0.5, PV=2.0)
         assert one.get("Y COUNT B") == {"Y": 6.0, "COUNT": FIRST_COUNT + 1, "B": [2.5, 5.0, 7.5, 10.0]}
-        with pytest.raises(TypeError, match="BYTE is a UInt8, which cannot be 256; give it a whole number of 8 bits"):
+        with pytest.raises(TypeError, match="BYTE is a UInt8, which cannot be 256; assign an integer of 8 bits"):
             one["BYTE"] = 256
-        with pytest.raises(TypeError, match="A is an array of 4 values; give it a list of as many"):
+        with pytest.raises(TypeError, match="A is an array of 4 values; assign a list of that length"):
             one["A"] = 1.0
         with pytest.raises(plcfmu.FmuError, match="BLOB is a Binary, which can be neither read nor written"):
             one["BLOB"]

@@ -201,10 +201,10 @@ def test_what_an_interrupted_call_has_made_is_not_made_again(tmp_path, between, 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr(studies._Parts, "add", add_three)
         run(study, out, client)
-    assert "parts keeps what is done: study(..., resume=True) goes on with it" in caplog.text
+    assert "parts keeps the finished runs: study(..., resume=True) continues with them" in caplog.text
     done = [run for part in spans(out) for run in part]
     assert len(done) >= 3
-    with pytest.raises(plcfmu.StudyError, match="parts has runs of an earlier call: go on with resume=True, or remove"):
+    with pytest.raises(plcfmu.StudyError, match="parts has runs of an earlier call: continue with resume=True, or remove"):
         run(study, out, client)
     assert only_runs(study, out, client, resume=True) == list(range(RUNS))
     made = [run for each in between.ranges() for run in each]
@@ -394,7 +394,7 @@ def test_runs_that_kill_every_worker_are_named(tmp_path, between, client, monkey
     monkeypatch.setattr(client.cluster.scheduler, "allowed_failures", 0)
     between.begin('[ "$first" != 2 ] || kill -9 "$PPID"')
     # The worker had another range besides, which Dask suspects as well.
-    wanted = r"^runs? \d+( to \d+)?: 1 worker died while it ran it: .*tcp://\S+ .*; .*parts keeps what is done"
+    wanted = r"^runs? \d+( to \d+)?: 1 worker died while it ran it: .*tcp://\S+ .*; .*parts keeps the finished runs"
     with pytest.raises(plcfmu.StudyError, match=wanted):
         run(write_study(tmp_path / "deadly.toml", seed=7), tmp_path / "out", client)
 
@@ -448,7 +448,7 @@ def test_a_result_is_a_line_and_what_is_wrong_with_the_call_is_refused_before_an
     assert line.endswith("2 runs, 1 failed, 1 of 1 expectations not met>") and "\n" not in line and len(line) < 300
     called = []
     monkeypatch.setattr(studies, "_call", lambda program, *given: called.append(given) or (_ for _ in ()).throw(studies.StudyError("stop")))
-    with pytest.raises(ValueError, match="format='xls': there are parquet and csv"):
+    with pytest.raises(ValueError, match="format='xls': must be parquet or csv"):
         plcfmu.study("study.toml", format="xls")
     assert not called
     # One text is one expectation.
@@ -468,7 +468,7 @@ def test_the_runs_are_a_data_frame_of_the_library_that_there_is(tmp_path, monkey
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(plcfmu.StudyError, match=r"frame\('arrow'\) needs the package pyarrow: pip install pyarrow"):
         runs.frame("arrow")
-    with pytest.raises(ValueError, match="there are pandas, polars and arrow"):
+    with pytest.raises(ValueError, match="must be pandas, polars or arrow"):
         runs.frame("numpy")
 
 

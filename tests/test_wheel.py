@@ -208,7 +208,7 @@ def test_an_archive_without_the_library_of_programs_does_not_pass(files, tmp_pat
                 lacking.addfile(member, archive.extractfile(member))
     done = tried(tmp_path)
     assert done.returncode == 1
-    assert done.stderr.startswith(f"error: {packed.name}: plcfmu build tank.scl --cycle=500ms ends with status 1:\n")
+    assert done.stderr.startswith(f"error: {packed.name}: plcfmu build tank.scl --cycle=500ms ended with status 1:\n")
     assert "the program library is missing: it belongs in the folder programs next to " in done.stderr
 
 
@@ -249,5 +249,5 @@ def test_fmus_without_a_library_of_programs_are_refused(tmp_path):
     command = [sys.executable, str(BUILD), "--fmus", str(tmp_path), "--out", str(tmp_path / "out")]
     refused = subprocess.run(command, capture_output=True, text=True)
     assert refused.returncode == 1
-    assert refused.stderr.startswith(f"error: no library of programs in {tmp_path / 'programs'}")
+    assert refused.stderr.startswith(f"error: no program library in {tmp_path / 'programs'}")
     assert not (tmp_path / "out").exists()

@@ -181,7 +181,7 @@ def main() -> None:
     fmus = sorted(options.fmus.glob("*.fmu"))
     if not fmus:
         sys.exit(
-            f"error: no FMU in {options.fmus}: make them with `cargo xtask fmu`, "
+            f"error: no FMU in {options.fmus}: build them with `cargo xtask fmu`, "
             "or name another folder with --fmus"
         )
     targets = options.target or [host()]
@@ -193,8 +193,8 @@ def main() -> None:
     for target in targets:
         if not any((programs / PLATFORMS[target]).glob("program.*")):
             sys.exit(
-                f"error: no library of programs in {programs / PLATFORMS[target]}, without which the command builds "
-                "no program in SCL: `cargo xtask fmu` packs it with all FMUs"
+                f"error: no program library in {programs / PLATFORMS[target]}, without which the command cannot build "
+                "programs in SCL: `cargo xtask fmu` packs it with all FMUs"
             )
     for target in targets:
         wheel = build(fmus, programs, options.out.resolve(), target)

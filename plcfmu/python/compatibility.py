@@ -1,5 +1,5 @@
-"""Writes the files that others need to try the FMUs in their tools: for each FMU and platform, a folder in the layout of
-the FMI cross-check, and the project's entry in the public list of FMI tools.
+"""Writes the files that others need to try the FMUs in their tools: for each FMU and platform, a folder in the layout
+of the FMI cross-check, and the project's entry in the public list of FMI tools.
 
     compatibility/fmus/2.0/cs/linux64/plcfmu/0.1.0/CONT_C/CONT_C.fmu, CONT_C_in.csv, CONT_C_ref.csv, CONT_C_ref.opt, README.md
     compatibility/tools.json
@@ -24,10 +24,10 @@ README = """# {name}, an FMU of {tool} {version}
 
 {about}
 
-`{name}_ref.csv` has the outputs after the initialization and after each communication step, `{name}_in.csv` the inputs, which hold from
-row to row, and `{name}_ref.opt` the times. {settings}
-Every value of the reference was answered by the library in `{name}.fmu`. Importers that step as the options say compute the same numbers
-to the last bit.
+`{name}_ref.csv` has the outputs after initialization and after each communication step, `{name}_in.csv` the inputs,
+which are held from row to row, and `{name}_ref.opt` the times. {settings}
+Every reference value was returned by the library in `{name}.fmu`. Importers that step according to the options compute
+the same numbers to the last bit.
 """
 
 
@@ -36,7 +36,7 @@ def reference(package, name):
     text = package.read("documentation/fmi-ls-ref.txt").decode()
     times = re.search(r"^Start time (\S+) s, stop time (\S+) s, communication step (\S+) s", text, re.MULTILINE)
     if not times:
-        raise ValueError(f"{name}.fmu: documentation/fmi-ls-ref.txt names no times")
+        raise ValueError(f"{name}.fmu: documentation/fmi-ls-ref.txt has no times")
     return times.groups(), re.findall(r"^Set before the initialization ends: (.+)$", text, re.MULTILINE)
 
 
@@ -99,7 +99,7 @@ def main():
     parser.add_argument("--fmus", required=True, help="folder of the FMUs")
     parser.add_argument("--out", required=True, help="folder to write")
     parser.add_argument("--version", required=True, help="version of plcfmu")
-    parser.add_argument("--address", default="", help="where the project is published; for the entry of the list of tools")
+    parser.add_argument("--address", default="", help="URL of the project, for its entry in the list of tools")
     arguments = parser.parse_args()
     try:
         write(arguments.fmus, arguments.out, arguments.version, arguments.address)

@@ -20,8 +20,8 @@ NAME = "NOTICE.txt"
 BEGINNINGS = ("LICENSE", "LICENCE", "UNLICENSE", "COPYING", "COPYRIGHT", "NOTICE")
 
 INTRODUCTION = """\
-The command plcfmu is made of the plcfmu project's sources (MIT OR Apache-2.0) and of the crates below. It also contains the
-Rust standard library and what that consists of, as do the libraries in the FMUs: see the end of this file.
+The command plcfmu is built from the plcfmu project's sources (MIT OR Apache-2.0) and the crates below. It also contains
+the Rust standard library and its components, as do the libraries in the FMUs: see the end of this file.
 """
 
 
@@ -74,7 +74,7 @@ def licences(linked: dict[str, dict[str, Any]]) -> list[str]:
             # The text of this licence is the same for every licensor.
             its = [(PLCFMU.parent / "LICENSE-APACHE").read_text(encoding="utf-8").strip()]
         if not its:
-            sys.exit(f"error: {folder} has no licence text, which {NAME} needs: choose another version of {crate}")
+            sys.exit(f"error: {folder} has no licence text, which {NAME} requires: choose another version of {crate}")
         for text in its:
             different.setdefault(" ".join(text.split()), (text, []))[1].append(crate)
     parts = [f"- {crate}: {package['license'] or package['license_file']}" for crate, package in linked.items()]
@@ -98,7 +98,7 @@ def of_programs(target: str) -> str:
 
 
 def bill_of_materials(target: str, version: str) -> str:
-    """The third-party crates in the command for a Rust target, as CycloneDX 1.6, without a timestamp, for reproducibility."""
+    """The third-party crates in the command for a Rust target, as CycloneDX 1.6, without a timestamp."""
     command = {"type": "application", "bom-ref": "plcfmu", "name": "plcfmu", "version": version}
     components = [
         {

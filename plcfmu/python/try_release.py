@@ -1,5 +1,5 @@
-"""Tries the wheel and the archive for this machine as a user would: the wheel in an empty environment, the archive in an
-empty folder, without Rust, other packages or settings. In each, the command builds a program in SCL and runs it.
+"""Tries the wheel and the archive for this machine as a user would: the wheel in an empty environment, the archive in
+an empty folder, without Rust, other packages or settings. In each, the command builds a program in SCL and runs it.
 
     target/venv/bin/python plcfmu/python/try_release.py target/dist
 """
@@ -25,7 +25,7 @@ RUN += ["--record=TankFilling.inletValve", "--out=-"]
 
 
 def of_wheel(wheel: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
-    """Installs the wheel in a new environment, without the packages that only its Python part needs; returns the command."""
+    """Installs the wheel in a new environment without the packages needed only in Python; returns the command."""
     venv.create(folder, with_pip=False)
     programs = folder / ("Scripts" if os.name == "nt" else "bin")
     pip = [sys.executable, "-m", "pip", "--python", str(programs / "python"), "install", "--quiet"]
@@ -55,10 +55,10 @@ def attempt(command: pathlib.Path, what: pathlib.Path, folder: pathlib.Path) -> 
     for arguments in (BUILD, RUN):
         done = subprocess.run([str(command), *arguments], cwd=folder, env=variables, capture_output=True, text=True)
         if done.returncode != 0:
-            sys.exit(f"error: {what.name}: plcfmu {' '.join(arguments)} ends with status {done.returncode}:\n{done.stderr}")
+            sys.exit(f"error: {what.name}: plcfmu {' '.join(arguments)} ended with status {done.returncode}:\n{done.stderr}")
     last = done.stdout.split()[-1]
     if last.partition(",")[2] not in ("true", "1"):
-        sys.exit(f"error: {what.name}: the inlet of a tank at 20 % is open after its start, and the run ends with {last}")
+        sys.exit(f"error: {what.name}: after the start, the inlet of a tank at 20 % is not open: the run ended with {last}")
 
 
 def main() -> None:
@@ -71,7 +71,7 @@ def main() -> None:
     wheels = list(folder.glob(f"plcfmu-*-{tags.get(platform, 'macosx*')}.whl"))
     for kind, found in (("wheel", wheels), ("archive", archives)):
         if len(found) != 1:
-            sys.exit(f"error: {folder} has {len(found)} files of the kind {kind} for {platform}: one is expected")
+            sys.exit(f"error: {folder} has {len(found)} {kind}s for {platform}: expected one")
     with tempfile.TemporaryDirectory() as name:
         place = pathlib.Path(name)
         for what, install in ((wheels[0], of_wheel), (archives[0], of_archive)):

@@ -83,10 +83,10 @@ def step_figures(
     """The figures of a setpoint step from `start` to `end` at the beginning of the arrays.
 
     They have the same names as in the parameter tool and in studies: rise, overshoot, settling, iae, ise and peak, and
-    with the manipulated value `lmn` also travel. `disturbances` are the times of disturbances of the loop: the figures of
-    the step end at the first, and recovery, disturbed_peak and disturbed_iae describe the last. A figure without a value
-    is NaN: a loop that has not settled has no settling time. `unit` is the unit of the process value, such as "K",
-    `travel_unit` that of `lmn`; `prefix` is prepended to each name; `theory` maps names to predicted values.
+    with the manipulated value `lmn` also travel. `disturbances` are the times of disturbances of the loop: the figures
+    of the step end at the first, and recovery, disturbed_peak and disturbed_iae describe the last. A figure without a
+    value is NaN: a loop that has not settled has no settling time. `unit` is the unit of the process value, such as
+    "K", `travel_unit` that of `lmn`; `prefix` is prepended to each name; `theory` maps names to predicted values.
 
     Raises CommandNotFoundError if the command `plcfmu`, which computes the figures, is not found.
     """
@@ -109,7 +109,7 @@ def step_figures(
         value = math.nan if told["value"] is None else told["value"]
         figures.add(prefix + told["key"], value, told["unit"] or "", predicted.pop(told["key"], None))
     if predicted:
-        raise ValueError(f"theory names no figure: {', '.join(predicted)}")
+        raise ValueError(f"theory has unknown figures: {', '.join(predicted)}")
     return figures
 
 

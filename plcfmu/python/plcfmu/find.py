@@ -36,8 +36,8 @@ def checkout() -> Optional[pathlib.Path]:
 def fmu_folder(folder: Optional[Path] = None) -> pathlib.Path:
     """The folder in which FMUs are searched for. It need not exist.
 
-    Raises FmuNotFoundError if no folder is specified, PLCFMU_FMUS is not set, no FMU was installed with the package, and
-    the package is not part of a checkout.
+    Raises FmuNotFoundError if no folder is specified, PLCFMU_FMUS is not set, no FMU was installed with the package,
+    and the package is not part of a checkout.
     """
     if folder is not None:
         return pathlib.Path(folder)
@@ -50,7 +50,7 @@ def fmu_folder(folder: Optional[Path] = None) -> pathlib.Path:
         return root / "target" / "fmu"
     raise FmuNotFoundError(
         f"no FMUs were installed with plcfmu: name their folder, or set {VARIABLE} to it; "
-        "`cargo xtask fmu` in the repository of plcfmu makes them"
+        "`cargo xtask fmu` in the plcfmu repository builds them"
     )
 
 
@@ -73,6 +73,6 @@ def fmu(name: str, folder: Optional[Path] = None) -> pathlib.Path:
     if near:
         remedy = f"did you mean {near[0]}?"
     else:
-        remedy = f"make it with `cargo xtask fmu {name}`, or name another folder (argument or {VARIABLE})"
+        remedy = f"build it with `cargo xtask fmu {name}`, or name another folder (argument or {VARIABLE})"
     there = f"; there are {', '.join(names)}" if names else ""
     raise FmuNotFoundError(f"no {path}: {remedy}{there}")

@@ -273,7 +273,7 @@ class Instance:
         count = math.prod(variable.shape)
         given = list(values) if isinstance(values, Iterable) and not isinstance(values, str) else None
         if given is None or len(given) != count:
-            raise TypeError(f"{self.name}: {variable.name} is an array of {count} values; give it a list of as many")
+            raise TypeError(f"{self.name}: {variable.name} is an array of {count} values; assign a list of that length")
         return [self._to_c(variable, value) for value in given]
 
     def step(self, t: float, h: float, /, **inputs: Any) -> None:
@@ -293,7 +293,7 @@ class Instance:
             article = "an" if variable.type.startswith("I") else "a"
             raise TypeError(
                 f"{self.name}: {variable.name} is {article} {variable.type}, which cannot be {value!r}; "
-                f"give it {_TAKES[variable.type]}"
+                f"assign {_TAKES[variable.type]}"
             ) from None
 
 
@@ -334,11 +334,11 @@ _CONVERSIONS: dict[str, Callable[[Any], Any]] = {
     "Boolean": _boolean,
     "String": _string,
 }
-_TAKES = {"Real": "a number", "Integer": "a whole number", "Boolean": "True or False", "String": "a str"}
+_TAKES = {"Real": "a number", "Integer": "an integer", "Boolean": "True or False", "String": "a str"}
 for _type in NUMBERS:
     _is_integer = "Int" in _type
     _CONVERSIONS[_type] = _integer_of(_type) if _is_integer else float
-    _TAKES[_type] = f"a whole number of {_type.lstrip('UInt')} bits" if _is_integer else "a number"
+    _TAKES[_type] = f"an integer of {_type.lstrip('UInt')} bits" if _is_integer else "a number"
 
 
 def _from_c(variable: Variable, value: Any) -> Any:
@@ -374,7 +374,7 @@ def _unpacked(path: pathlib.Path) -> _Package:
         raise FmuError(f"{path} is FMI {version}, {kind}; export it as FMI 2.0 or 3.0 for co-simulation")
     clocks = [variable.name for variable in description.modelVariables if variable.type == "Clock"]
     if clocks:
-        raise FmuError(f"{path} has Clocks ({', '.join(clocks[:3])}), which are not ticked here; export it without Clocks")
+        raise FmuError(f"{path} has Clocks ({', '.join(clocks[:3])}), which are not supported; export it without them")
     identifier = description.coSimulation.modelIdentifier
     _check_platform(path, identifier, version)
     integer = "Integer" if version.startswith("2") else "Int64"

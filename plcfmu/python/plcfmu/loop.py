@@ -46,8 +46,8 @@ def simulate(
 
     Variables are named INSTANCE.VARIABLE, such as "CONT_C.LMN".
 
-    - `connections`: from one variable to another, or to several: {"CONT_C.LMN": "HEATER.POWER"}. An FMU sees the outputs
-      of the FMUs before it from this step, and those of the FMUs after it from the previous step.
+    - `connections`: from one variable to another, or to several: {"CONT_C.LMN": "HEATER.POWER"}. An FMU sees the
+      outputs of the FMUs before it from this step, and those of the FMUs after it from the previous step.
     - `inputs`: values that no FMU provides. A constant; a list of steps, [(0.0, 170.0), (60.0, 180.0)], each held from
       its time in seconds; or a function of time, called just before a controller's step or, for a plant, after the
       controllers' steps, so that it may read other instances: {"CONT_C.SP_INT": lambda t: 0.5 * pump["FLOW"]}.
@@ -96,7 +96,7 @@ class _Loop:
         for instance in [*controllers, *plants]:
             if instance.name in self.instances:
                 raise ValueError(
-                    f"two FMUs of the loop are named {instance.name}: name them apart, as "
+                    f"two FMUs of the loop are named {instance.name}: give one another name, as in "
                     f'fmus.start("{instance.name}", name="{instance.name}_2")'
                 )
             self.instances[instance.name] = instance
@@ -127,7 +127,7 @@ class _Loop:
     def _receiver(self, destination: str) -> tuple[Instance, str]:
         instance, name = self.find(destination)
         if name in self.connected[instance.name] or name in self.functions[instance.name]:
-            raise ValueError(f"{destination} gets its value from two sources; leave one of them out")
+            raise ValueError(f"{destination} gets its value from two sources; remove one of them")
         return instance, name
 
     def evaluate(self, instance: Instance, t: float) -> None:
@@ -142,7 +142,7 @@ class _Loop:
         instance.set({**values, **self.given[instance.name]})
 
     def reader(self, source: Recorded) -> Callable[[float], Any]:
-        """Returns a function that reads the value of a column. An input is recorded as set, not as rounded by the FMU."""
+        """A function that reads the value of a column. An input is recorded as set, not as rounded by the FMU."""
         if not isinstance(source, str):
             return source
         instance, name = self.find(source)
@@ -166,7 +166,7 @@ def _function(value: Input, step: float) -> Callable[[float], Any]:
     # The times are multiples of the step, so they may be rounded: 3 * 0.1 is not 0.3.
     tolerance = 1e-6 * step
     if not steps or steps[0][0] > tolerance:
-        raise ValueError(f"steps of an input begin at the time 0, as [(0.0, 170.0), (60.0, 180.0)]; not {value!r}")
+        raise ValueError(f"the steps of an input must begin at time 0, as in [(0.0, 170.0), (60.0, 180.0)]: {value!r}")
 
     def at(t: float) -> Any:
         return [held for since, held in steps if t >= since - tolerance][-1]

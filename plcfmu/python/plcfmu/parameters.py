@@ -39,10 +39,10 @@ class ParameterError(ValueError):
 def params(
     file: Path, *, block: Optional[str] = None, loop: Optional[str] = None, offset: int = 0
 ) -> dict[str, dict[str, Value]]:
-    """The inputs and parameters of the loops in a file, by their names in the FMU: `params("plant.awl")["TIC101"]["GAIN"]`.
+    """The inputs and parameters of the loops in a file, by FMU variable name: `params("plant.awl")["TIC101"]["GAIN"]`.
 
-    `file` is a STEP 7 or TIA Portal source, TIA Openness XML, a data block dump, JSON, SSV, an FMU, or a data block of a
-    PLC ("s7://192.168.0.1/0/2/DB41"). `block` is the block of the loops, if the file does not specify it ("CONT_C",
+    `file` is a STEP 7 or TIA Portal source, TIA Openness XML, a data block dump, JSON, SSV, an FMU, or a data block of
+    a PLC ("s7://192.168.0.1/0/2/DB41"). `block` is the block of the loops, if the file does not specify it ("CONT_C",
     "FB 41"). `loop` selects one of several loops, or names a loop that the file leaves unnamed. `offset` is the byte at
     which the instance begins in a dump or in a PLC's data block.
 
@@ -83,7 +83,7 @@ def command() -> pathlib.Path:
     found = shutil.which("plcfmu")
     if found is not None:
         return pathlib.Path(found)
-    remedy = "`cargo build --release -p plcfmu` in the repository makes it" if root else "the wheel of plcfmu contains it"
+    remedy = "`cargo build --release -p plcfmu` in the repository builds it" if root else "the wheel of plcfmu contains it"
     raise CommandNotFoundError(f"the command plcfmu was not found: {remedy}; or set {VARIABLE} to it")
 
 
@@ -97,5 +97,5 @@ def reason(done: subprocess.CompletedProcess[str]) -> str:
     """Why a program failed: its error without the warnings before it, or how it ended if it printed nothing."""
     said = re.split(r"^error: ", done.stderr, maxsplit=1, flags=re.MULTILINE)[-1].strip()
     if done.returncode < 0:
-        said = f"{said} ({done.args[0]} was ended by signal {-done.returncode})".strip()
+        said = f"{said} ({done.args[0]} was terminated by signal {-done.returncode})".strip()
     return said or f"{' '.join(done.args)} returned {done.returncode}"

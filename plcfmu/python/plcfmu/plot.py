@@ -105,8 +105,8 @@ def picture(
 
     `title` describes the picture. `labels` are the labels of the vertical axes, with units; they are placed above the
     axes. `heights` are the shares of the height. The horizontal axis is the time in seconds, shared by all axes unless
-    `same_time` is False. `size` is in inches. With more than one column, the axes are an array of rows and columns, with
-    one label per row. The formats are those of `save`; None writes no file.
+    `same_time` is False. `size` is in inches. With more than one column, the axes are an array of rows and columns,
+    with one label per row. The formats are those of `save`; None writes no file.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -185,8 +185,8 @@ def mark(
 ) -> None:
     """Shades a time span, such as manual mode, in all axes, and labels it in the first.
 
-    The text is in the upper left corner of the span, or at `at`: (time, share of the height). `style` is SPAN by default,
-    or MANUAL.
+    The text is in the upper left corner of the span, or at `at`: (time, share of the height). `style` is SPAN by
+    default, or MANUAL.
     """
     axes = list(axes)
     for each in axes:

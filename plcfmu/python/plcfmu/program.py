@@ -12,8 +12,8 @@ from .find import checkout
 def arguments(description: str) -> tuple[Optional[pathlib.Path], pathlib.Path]:
     """The folder of the FMUs and the folder for results, from --fmus and --out.
 
-    Without --fmus, the first is None, so that `Fmus` searches for them; without --out, the second is `target/demo` in the
-    repository, or `results` outside a checkout. The program's help shows the first paragraph of `description`.
+    Without --fmus, the first is None, so that `Fmus` searches for them; without --out, the second is `target/demo` in
+    the repository, or `results` outside a checkout. The program's help shows the first paragraph of `description`.
     """
     root = checkout()
     parser = argparse.ArgumentParser(description=description.split("\n\n")[0])

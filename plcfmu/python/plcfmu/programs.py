@@ -23,9 +23,9 @@ def build(
 ) -> pathlib.Path:
     """Packs a program as an FMU in the folder `out`, and returns its path: build("machine.scl", cycle="100ms").
 
-    `sources` is one file or all files of the program. `options` are the options of `plcfmu build` by name, each a string
-    or a list of strings: fb="Motor", tag=["Start : Bool", "Lamp : Bool"]. The command's warnings go to the logger
-    "plcfmu".
+    `sources` is one file or all files of the program. `options` are the options of `plcfmu build` by name, each a
+    string or a list of strings: fb="Motor", tag=["Start : Bool", "Lamp : Bool"]. The command's warnings go to the
+    logger "plcfmu".
 
     Raises BuildError, and CommandNotFoundError if the command `plcfmu` is not found.
     """

@@ -44,8 +44,8 @@ class Result:
     def describe(self, name: str, unit: Optional[str] = None, is_boolean: bool = False, is_input: bool = False) -> None:
         """Sets the properties of a signal that a picture needs.
 
-        They are its physical unit, such as "degC"; whether it is a Boolean; and whether it is an input of the loop, such
-        as a setpoint, which is drawn dashed.
+        They are its physical unit, such as "degC"; whether it is a Boolean; and whether it is an input of the loop,
+        such as a setpoint, which is drawn dashed.
         """
         self._signals[name] = Signal(unit, is_boolean, is_input)
 
@@ -60,7 +60,7 @@ class Result:
         if not self._rows:
             self._rows = {name: [] for name in values}
         if values.keys() != self._rows.keys():
-            raise ValueError(f"a row with {', '.join(values)} does not fit rows with {', '.join(self._rows)}")
+            raise ValueError(f"a row with {', '.join(values)} does not match rows with {', '.join(self._rows)}")
         for name, value in values.items():
             self._rows[name].append(value)
         self._arrays.clear()
@@ -110,9 +110,9 @@ class Result:
     ) -> Figures:
         """The quality figures of the setpoint step at the beginning of the rows, see `figures.step_figures`.
 
-        The process value `pv` goes from `start` to `end`; by default, from its first value to the last setpoint. `lmn` is
-        the manipulated value; `disturbances` are the times of disturbances. `unit` is the unit of a difference of process
-        values, such as "K"; by default, that of `pv`.
+        The process value `pv` goes from `start` to `end`; by default, from its first value to the last setpoint. `lmn`
+        is the manipulated value; `disturbances` are the times of disturbances. `unit` is the unit of a difference of
+        process values, such as "K"; by default, that of `pv`.
         """
         start = float(self[pv][0]) if start is None else start
         end = float(self[sp][-1]) if end is None else end

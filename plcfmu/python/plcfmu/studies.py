@@ -85,7 +85,7 @@ class StudyResult:
         package is missing, and ValueError for any other library.
         """
         if library not in ("pandas", "polars", "arrow"):
-            raise ValueError(f"library={library!r}: there are pandas, polars and arrow")
+            raise ValueError(f"library={library!r}: must be pandas, polars or arrow")
         try:
             if library == "arrow" or (self.folder / "runs.parquet").is_file():
                 return _from_arrow(_arrow(self), library)
@@ -101,7 +101,7 @@ class StudyResult:
             raise StudyError(f"frame({library!r}) needs the package {error.name}: pip install {error.name}") from error
 
     def _repr_html_(self) -> str:
-        """The display in a notebook: the expectations, the percentiles of each figure, and the pictures of the main one."""
+        """The display in a notebook: expectations, percentiles of each figure, and pictures of the main figure."""
         summary, text = self.summary, html.escape
         failed = f"; {summary['failed']} failed" if summary["failed"] else ""
         parts = [f"<h3>{text(summary['study'])}: {summary['runs']} runs{failed}</h3>"]
@@ -163,7 +163,7 @@ def _parquet(path: pathlib.Path) -> dict[str, Sequence[Any]]:
         from pyarrow import parquet
     except ModuleNotFoundError as error:
         raise StudyError(
-            f"{path} is read with the package pyarrow, which is missing: pip install pyarrow, or make the study with "
+            f"reading {path} needs the package pyarrow: pip install pyarrow, or run the study with "
             'format="csv"'
         ) from error
     table = parquet.read_table(path)
@@ -185,14 +185,14 @@ def study(
 ) -> StudyResult:
     """Makes all runs of a study on a Dask cluster: study("tolerance.toml", client="tcp://10.0.0.5:8786").
 
-    `path` is a study.toml, or the study.json of a bundle. `out` is the folder for the results; by default, NAME_results in
-    the current folder. The final results are identical to those of `plcfmu study` on one machine, to the last byte.
+    `path` is a study.toml, or the study.json of a bundle. `out` is the folder for the results; by default, NAME_results
+    in the current folder. The final results are identical to those of `plcfmu study` on one machine, to the last byte.
 
     - `client`: where the runs are made. A Dask `Client`; the address of a scheduler; or None for a cluster on this
       machine's cores, which is closed at the end.
     - `fmus`: the folder of the loop's FMUs; by default, that of the loop's description.
-    - `expect`: one or several expectations of the runs, such as "overshoot < 10 %"; `StudyResult.unmet` lists those that
-      are not met.
+    - `expect`: one or several expectations of the runs, such as "overshoot < 10 %"; `StudyResult.unmet` lists those
+      that are not met.
     - `curves`: the runs whose signals over time are also written.
     - `limit`: the time limit for one run, in seconds (0.1 to 1e6), after which its FMU is considered hung.
     - `resume`: continues an earlier, interrupted call with the same `out`. Finished runs are not repeated.
@@ -207,7 +207,7 @@ def study(
     """
     # Check first: the command gets the format only at the end.
     if format not in ("parquet", "csv"):
-        raise ValueError(f"format={format!r}: there are parquet and csv")
+        raise ValueError(f"format={format!r}: must be parquet or csv")
     expectations = [expect] if isinstance(expect, str) else list(expect)
     try:
         from . import workers
@@ -215,7 +215,8 @@ def study(
         if (error.name or "").split(".")[0] not in ("dask", "distributed"):
             raise
         raise ModuleNotFoundError(
-            "studies need Dask's package distributed: pip install 'plcfmu[dask]', or run `plcfmu study`, which needs nothing",
+            "studies need Dask's package distributed: pip install 'plcfmu[dask]', or run `plcfmu study`, "
+            "which needs no packages",
             name=error.name,
         ) from error
     program = command()
@@ -291,20 +292,22 @@ class _Parts:
         self.count = count
 
     def __str__(self) -> str:
-        return f"{self.folder} keeps what is done: study(..., resume=True) goes on with it"
+        return f"{self.folder} keeps the finished runs: study(..., resume=True) continues with them"
 
     def check(self, resume: bool) -> None:
         """Raises StudyError for parts of another study, or for any parts unless the study is resumed."""
         for path in sorted(self.folder.glob("*.part")):
             if not resume:
-                raise StudyError(f"{self.folder} has runs of an earlier call: go on with resume=True, or remove the folder")
+                raise StudyError(
+                    f"{self.folder} has runs of an earlier call: continue with resume=True, or remove the folder"
+                )
             with path.open("rb") as file:
                 # A line of text, then one of JSON.
                 _, header = file.readline(), file.readline()
             if f'"fingerprint":"{self.fingerprint}"'.encode() not in header:
                 raise StudyError(
-                    f"{path} belongs to another study: the study, an FMU or plcfmu has changed since; remove {self.folder}, or name "
-                    "another folder"
+                    f"{path} belongs to another study: the study, an FMU or plcfmu has changed since; remove "
+                    f"{self.folder}, or name another folder"
                 )
 
     def are_finished(self) -> bool:
@@ -322,7 +325,7 @@ class _Parts:
         if any(self.folder.glob("*.part")):
             return False
         raise StudyError(
-            f"{results} contains the results of another study: the study, an FMU, plcfmu or the table of the runs has changed since; "
+            f"{results} has the results of another study: the study, an FMU, plcfmu or the run table has changed since; "
             "name another folder, or start over without resume=True"
         )
 

@@ -1,4 +1,5 @@
-"""Studies on the workers of a Dask cluster: the files sent to them, the runs that they make, and how work is distributed.
+"""Studies on the workers of a Dask cluster: the files sent to them, the runs that they make, and how work is
+distributed.
 
 Loaded only with the first study, because it needs the package `distributed`.
 """
@@ -111,7 +112,7 @@ def folder_of(worker: Worker) -> pathlib.Path:
 
 
 def run(task: Task, span: Span) -> tuple[bytes, float]:
-    """Makes the runs of a range on the calling worker: returns the part with their results, and the time taken in seconds.
+    """Makes the runs of a range on the calling worker; returns the part with their results, and the time in seconds.
 
     Raises WorkerError, which names the worker.
     """
@@ -173,7 +174,7 @@ class Share:
         return cut
 
     def learn(self, span: Span, seconds: float, work: float) -> None:
-        """Records the time that a range took. The next should take about `work` seconds, including the command's start."""
+        """Records the time of a range. The next should take about `work` seconds, including the command's start."""
         count = span.end - span.first
         if seconds > 2 * work:
             self._size = max(1, int(count * work / seconds))
@@ -233,8 +234,8 @@ def register(client: Client, files: Files) -> None:
             # A worker that dies during the call makes it fail for all workers, which is no reason to end the study.
             if not isinstance(error, OSError) or attempt == RETRIES:
                 raise WorkerError(
-                    f"a worker cannot take the study: {error}; install the same wheel of plcfmu for the client, the scheduler "
-                    "and all workers"
+                    f"a worker cannot load the study: {error}; install the same wheel of plcfmu for the client, the "
+                    "scheduler and all workers"
                 ) from error
             with contextlib.suppress(OSError):
                 client.unregister_worker_plugin(files.name)
@@ -246,7 +247,7 @@ def failure(result: Any) -> str:
     if isinstance(error, KilledWorker):
         died = error.allowed_failures + 1
         count = "1 worker died while it ran it" if died == 1 else f"{died} workers died while they ran it"
-        return f"{count}: the logs say why, the last one is that of {error.last_worker.address} (was there enough memory?)"
+        return f"{count}: see the logs, the last on {error.last_worker.address} (was there enough memory?)"
     return str(error) or type(error).__name__
 
 
