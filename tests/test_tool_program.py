@@ -56,7 +56,7 @@ def set_input(page, name, value):
     if isinstance(value, bool):
         row.locator(".push, [role=switch]").wait_for()
         if row.locator(".push").count():
-            row.get_by_role("button", name=f"Make {name} a switch that stays").click()
+            row.get_by_role("button", name=f"Make {name} a toggle switch").click()
         row.get_by_role("switch").set_checked(value)
     else:
         row.locator("input.number").fill(str(value))

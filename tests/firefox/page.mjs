@@ -82,7 +82,7 @@ try {
   await page.click('[data-input="raw"] input.number', { count: 3 });
   await page.keyboard.type("13824");
   await page.keyboard.press("Enter");
-  await page.click('[data-input="start"] [aria-label="Make start a switch that stays"]');
+  await page.click('[data-input="start"] [aria-label="Make start a toggle switch"]');
   await page.click('[data-input="start"] [role=switch]');
   await cycle();
   await page.click('[data-input="start"] [role=switch]');

@@ -120,7 +120,7 @@ function boolean(loop, of, group) {
     show(group);
   };
   const control = isButton ? push(loop, of) : toggle(loop, of);
-  const turn = isButton ? `Make ${of.name} a switch that stays` : `Make ${of.name} a push button`;
+  const turn = isButton ? `Make ${of.name} a toggle switch` : `Make ${of.name} a push button`;
   return row(of, control, element("button.plain.ask", { "aria-label": turn, title: turn, onclick: other }, "⇄"));
 }
 

@@ -231,7 +231,7 @@ function testButtons() {
     isFromCsv = false;
     tests.set(loop, { from: tested.from, to: tested.to });
     if (store.loop === loop) takeModel(identified);
-  }, "Step test: in manual mode until the process value has settled, one step, until it has settled again.");
+  }, "Step test: settles in manual mode, makes one step, and waits until the process value has settled again.");
   const relay = made(async (size) => {
     const tested = await ask({ do: "relay_test", amplitude: Math.abs(size) });
     await store.take(Promise.resolve(tested.state));
