@@ -1,6 +1,6 @@
-//! The additional tests of `cargo xtask test --deep`: the Python tests marked as deep; the tests that call the
-//! libraries' C functions, in Rust and in Python, under valgrind, which checks every memory access and counts every
-//! leak; and the Rust tests with far more cases.
+//! The additional tests of `cargo xtask test --deep`: the Python tests marked as deep; the Rust and Python tests that
+//! call the libraries' C functions, under valgrind, which checks every memory access and reports every leak; and the
+//! Rust tests with far more cases.
 
 use crate::python::Environment;
 use anyhow::{Context, Result, bail};
@@ -14,8 +14,8 @@ use std::process::Command;
 /// The Python tests that call every function in every state.
 const CONFORMANCE: [&str; 2] = ["tests/test_conformance.py", "tests/test_fmu_state.py"];
 
-/// The number of cases of each test under valgrind, which takes fifty times as long, and without it: 25 to 100 times
-/// the usual.
+/// The number of cases of each test under valgrind, where it takes fifty times as long, and without it: 25 to 100 times
+/// the usual number.
 const CASES: [(&str, &str, &str); 6] = [
     ("PLCFMU_HOSTILE_SEED", "1", "2"),
     ("PLCFMU_HOSTILE_CALLS", "60000", "30000000"),
@@ -67,7 +67,7 @@ fn valgrind() -> Command {
 fn conformance(workspace: &Workspace, environment: &Environment) -> Result<()> {
     let log = workspace.target.join("valgrind.log");
     let mut valgrind = valgrind();
-    // Keep the library's name even if it is unloaded before the leak is reported.
+    // Keep the library's name even if the library is unloaded before the leak is reported.
     valgrind.arg("--keep-debuginfo=yes").arg(format!("--log-file={}", log.display()));
     valgrind.arg(environment.programs().join("python")).args(["-m", "pytest", "-q"]).args(CONFORMANCE);
     // Python's own allocator would hide out-of-bounds accesses.
@@ -81,7 +81,7 @@ fn conformance(workspace: &Workspace, environment: &Environment) -> Result<()> {
     Ok(())
 }
 
-/// The reports in valgrind's log that mention the library of an FMU.
+/// The reports in valgrind's log that mention an FMU's library.
 fn reports(log: &str) -> Vec<String> {
     let lines: Vec<&str> =
         log.lines().map(|line| line.trim_start_matches(|c: char| c == '=' || c.is_ascii_digit())).collect();

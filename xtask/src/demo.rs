@@ -13,14 +13,14 @@ use std::path::{Path, PathBuf};
 /// The options of the demo.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub(crate) struct Options {
-    /// Loops to run, such as cascade; all if none is named
+    /// Loops to run, such as cascade [default: all]
     #[arg(value_name = "NAME")]
     pub names: Vec<String>,
 }
 
 /// Packs the FMUs and runs the loops; each prints its figures.
 pub(crate) fn demo(workspace: Workspace, options: &Options) -> Result<()> {
-    // No loop runs a program, and the library of programs takes long to compile.
+    // No loop runs a program, and the program library takes long to compile.
     let workspace = &Workspace { programs: None, ..workspace };
     let loops = choose(find(&workspace.root.join("examples"))?, &options.names)?;
     let mut steps = Steps::new(2 + loops.len());
@@ -45,14 +45,14 @@ pub(crate) fn demo(workspace: Workspace, options: &Options) -> Result<()> {
 /// Builds the command `plcfmu`, most of which is already part of this program, and returns its path.
 fn build_command(workspace: &Workspace) -> Result<PathBuf> {
     let mut build = workspace::cargo();
-    // Both packages, so that cargo compiles with the features of both.
+    // Both packages, so that cargo compiles with the union of their features.
     build.args(["build", "--quiet", "--package", "plcfmu", "--package", "xtask", "--bin", "plcfmu"]);
     let built = artifacts(build.current_dir(&workspace.root))?;
     let executable = built.into_iter().find_map(|artifact| artifact.executable);
     Ok(executable.context("cargo has not built plcfmu")?.into())
 }
 
-/// The loops in a folder: its Python files that are programs; the others are shared modules.
+/// The loops in a folder: the Python files that are programs; the other files are shared modules.
 fn find(folder: &Path) -> Result<Vec<PathBuf>> {
     let failed = || folder.display().to_string();
     let mut loops = Vec::new();

@@ -11,10 +11,10 @@ use plcfmu::tool::make;
 /// The options of the site.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub(crate) struct Options {
-    /// Where the site will be published, such as `https://example.org/plcfmu/`; for the sitemap and the page 404.html
+    /// URL of the published site, such as `https://example.org/plcfmu/`, for the sitemap and the page 404.html
     #[arg(long, value_name = "URL")]
     pub address: Option<String>,
-    /// Where the sources are published, such as `https://github.com/OWNER/plcfmu`; for links that edit a page
+    /// URL of the published sources, such as `https://github.com/OWNER/plcfmu`, for links to edit a page
     #[arg(long, value_name = "URL")]
     pub repository: Option<String>,
 }

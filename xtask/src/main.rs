@@ -17,7 +17,7 @@ use plcfmu::tool::make;
 use python::Environment;
 use std::process::ExitCode;
 
-/// The repository's chores: pack its FMUs, test them, show them in closed loops, write the site.
+/// The repository's chores: pack its FMUs, test them, run them in closed loops, write the site.
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", after_help = HELP)]
 struct Arguments {
@@ -38,19 +38,19 @@ Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' need
 
 #[derive(Subcommand)]
 enum Command {
-    /// Build, pack and check FMUs: target/fmu/NAME.fmu. As 'plcfmu build', with the zig of tests/requirements.txt
+    /// Build, pack and check FMUs: target/fmu/NAME.fmu. Like 'plcfmu build', with the zig of tests/requirements.txt
     Fmu(pack::Options),
     /// Pack all FMUs for all platforms, the Python wheels and the command, with checksums and a table: target/dist/
     Dist(dist::Options),
-    /// Make the parameter tool, one HTML file that runs by itself: target/tool/plcfmu-tool.html
+    /// Build the parameter tool, a self-contained HTML file: target/tool/plcfmu-tool.html
     Tool(make::Options),
     /// Run all tests: Rust, Python, other importers
     Test(test::Options),
-    /// Run closed loops of FMUs, print their figures, draw them: target/demo/
+    /// Run closed loops of FMUs, print their figures, plot them: target/demo/
     Demo(demo::Options),
     /// Write the site, with the pages of all FMUs and the parameter tool: target/docs/index.html
     Docs(docs::Options),
-    /// Check that a version can be released, then make its commit and its tag; nothing is pushed
+    /// Check that a version can be released, then create its commit and tag; nothing is pushed
     Release(release::Options),
 }
 
@@ -68,7 +68,7 @@ fn dispatch(command: Command) -> Result<()> {
     let workspace = Workspace::find()?;
     match command {
         Command::Fmu(options) => {
-            // Check first for anything that can fail immediately.
+            // First check what can fail immediately.
             pack::select(&workspace, &options)?;
             if !options.native && Platform::host(&workspace.root)?.is_linux() {
                 Environment::ready(&workspace)?;

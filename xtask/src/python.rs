@@ -1,5 +1,5 @@
-//! The Python environment `target/venv` with the packages pinned in `tests/requirements.txt`. It is recreated when that
-//! file or the Python has changed, or when its creation was interrupted. It may be a link to that of another clone.
+//! The Python environment `target/venv` with the packages pinned in `tests/requirements.txt`. It is recreated if that
+//! file or the Python has changed, or if its creation was interrupted. It may be a link to another clone's environment.
 
 use anyhow::{Context, Result, bail};
 use plcfmu::build::workspace::Workspace;
@@ -16,15 +16,15 @@ const OLDEST: (u32, u32) = (3, 9);
 const CANDIDATES: &[&str] =
     &["python3", "python", "python3.13", "python3.12", "python3.11", "python3.10", "python3.9", "python3.14"];
 
-/// A script that prints a Python's version and path if it can create environments; in an environment, those of its base
-/// Python.
+/// A script that prints a Python's version and path if it can create environments; within an environment, those of its
+/// base Python.
 const DESCRIBE: &str = "import os, sys, venv, ensurepip
 print(sys.version_info[0], sys.version_info[1])
 print(sys.version.split()[0])
 print(os.path.realpath(getattr(sys, '_base_executable', None) or sys.executable))
 ";
 
-/// The hint at the end of errors that a user without these packages can avoid.
+/// The hint at the end of errors that can be avoided without these packages.
 const WITHOUT: &str = "'cargo xtask fmu --native' needs no Python";
 
 /// The environment, ready for use.
@@ -54,7 +54,7 @@ impl Environment {
         let place = workspace.target.join("venv");
         let linked = fs::read_link(&place).ok();
         let environment = Environment { folder: linked.clone().unwrap_or_else(|| place.clone()) };
-        // The scripts in an environment contain its path, so that a moved one is out of date as well.
+        // The scripts in an environment contain its path, so a moved environment is also out of date.
         let wanted = format!("{}\n{}\n\n{pinned}", environment.folder.display(), python.description);
         let stamp = environment.folder.join("plcfmu-stamp.txt");
         let is_ready = || fs::read_to_string(&stamp).is_ok_and(|made_of| made_of == wanted);
@@ -69,7 +69,7 @@ impl Environment {
                 other.display()
             );
         }
-        // Of two concurrent commands, the second waits and then uses the result of the first.
+        // Of two concurrent commands, the second waits for the first and then uses its result.
         fs::create_dir_all(&workspace.target)?;
         let lock = File::create(workspace.target.join("venv.lock")).context("target/venv.lock cannot be made")?;
         lock.lock()?;
@@ -103,7 +103,7 @@ impl Environment {
         Ok(())
     }
 
-    /// Its programs.
+    /// The folder of its programs.
     pub(crate) fn programs(&self) -> PathBuf {
         self.folder.join(if cfg!(windows) { "Scripts" } else { "bin" })
     }
@@ -120,7 +120,7 @@ impl Environment {
         command
     }
 
-    /// The folder of a package's files.
+    /// The folder with a package's files.
     pub(crate) fn package(&self, name: &str) -> Result<PathBuf> {
         let script =
             "import importlib.util, sys; print(importlib.util.find_spec(sys.argv[1]).submodule_search_locations[0])";
@@ -128,13 +128,13 @@ impl Environment {
     }
 }
 
-/// The last of pip's errors, which summarizes them.
+/// Returns pip's last error, which summarizes the others.
 fn reason(output: &str) -> &str {
     let mut errors = output.lines().filter_map(|line| line.trim().strip_prefix("ERROR: "));
     errors.next_back().or(output.lines().last()).unwrap_or_default()
 }
 
-/// The first Python that is new enough: the one named by the variable PYTHON, if set, else one on PATH.
+/// The first Python that is new enough: the one named by the variable PYTHON, if set, otherwise one on PATH.
 fn find() -> Result<Python> {
     let chosen = std::env::var("PYTHON").ok().filter(|python| !python.is_empty());
     let candidates = chosen.as_deref().map_or(CANDIDATES.to_vec(), |python| vec![python]);

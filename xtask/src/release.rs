@@ -1,4 +1,4 @@
-//! `cargo xtask release`: checks that a version can be released, then makes its commit and its tag. It pushes nothing.
+//! `cargo xtask release`: checks that a version can be released, then creates its commit and tag. It pushes nothing.
 
 use anyhow::{Context, Result, bail};
 use plcfmu::build::workspace::{self, Workspace};
@@ -11,7 +11,7 @@ use toml::Table;
 /// The release to make.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub(crate) struct Options {
-    /// The version to release, such as 0.2.0; that of Cargo.toml by default
+    /// The version to release, such as 0.2.0 [default: the version in Cargo.toml]
     pub version: Option<String>,
     /// Only check; change nothing
     #[arg(long)]
@@ -31,12 +31,12 @@ const EXPECTED: &[&str] =
 /// The licence files that a package must contain: cargo does not include files outside its folder.
 const LICENCES: &[&str] = &["LICENSE-APACHE", "LICENSE-MIT"];
 
-/// The crate for use by other programs. All others are parts of the command, which is built from the whole workspace.
+/// The crate for use in other programs. All others are parts of the command, which is built from the whole workspace.
 const LIBRARY: &str = "blocks";
 
 const UNRELEASED: &str = "## [Unreleased]";
 
-/// A requirement for a release: its name and, if it is not met, the problem with its remedy.
+/// A requirement for a release: its name and, if it is not met, the problem and its remedy.
 struct Check {
     name: String,
     fault: Option<String>,
@@ -108,7 +108,7 @@ fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
 }
 
 /// Checks that the lock file matches the manifests: release archives are built with `--locked`. Other cargo commands
-/// would need the crates for all platforms, most of which no build has fetched.
+/// would need the crates for all platforms, many of which no build has fetched.
 fn lock(root: &Path) -> Check {
     let mut cargo = workspace::cargo();
     cargo.args(["update", "--workspace", "--locked", "--offline", "--quiet"]).current_dir(root);
@@ -117,7 +117,7 @@ fn lock(root: &Path) -> Check {
     })
 }
 
-/// Checks that the library has the licences in its own folder.
+/// Checks that the library's folder contains the licences.
 fn licences(root: &Path) -> Check {
     let own = |name: &str| fs::read(root.join(LIBRARY).join(name)).ok();
     let absent: Vec<_> = LICENCES.iter().copied().filter(|name| fs::read(root.join(name)).ok() != own(name)).collect();
@@ -211,7 +211,7 @@ fn cited(citation: &str) -> Option<&str> {
     citation.lines().find_map(|line| line.strip_prefix("version:")).map(str::trim)
 }
 
-/// The changelog section on unreleased changes, without its heading.
+/// The changelog section of unreleased changes, without its heading.
 fn unreleased(changelog: &str) -> &str {
     let (_, rest) = changelog.split_once(UNRELEASED).unwrap_or_default();
     rest.split("\n## ").next().unwrap_or_default().trim()
@@ -223,7 +223,7 @@ fn commit(root: &Path, sources: &Sources, version: &str) -> Result<()> {
     let date = git(root, &["log", "-1", "--format=%cs"])?;
     let current = sources.version()?;
     let manifest = fs::read_to_string(root.join(MANIFEST)).context(MANIFEST)?;
-    // The first version in the file is that of [workspace.package]; those of packages come after it.
+    // The first version in the file is that of [workspace.package]; package versions follow it.
     let line = |version: &str| format!("\nversion = \"{version}\"\n");
     let files = [
         (MANIFEST, manifest.replacen(&line(current), &line(version), 1)),
@@ -255,7 +255,7 @@ fn cite(citation: &str, version: &str, date: &str) -> String {
     cited.collect()
 }
 
-/// The steps that only a person can take.
+/// The remaining manual steps.
 fn by_hand(sources: &Sources, version: &str, is_check: bool) -> String {
     let mut steps = Vec::new();
     if is_check {

@@ -1,4 +1,4 @@
-//! Progress of a long command: prints the number of the running step.
+//! Progress of a long command: prints the number of the current step.
 
 use plcfmu::command::heading;
 

@@ -1,4 +1,4 @@
-//! `cargo xtask test`: everything that checks the project.
+//! `cargo xtask test`: runs all tests of the project.
 
 use crate::deep;
 use crate::python::Environment;
@@ -17,23 +17,24 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The extent of testing.
+/// Which tests to run.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub(crate) struct Options {
-    /// Also run the tests that take long, all under valgrind, and the random ones with far more cases (an hour more)
+    /// Also run the slow tests, the library tests under valgrind, and the random tests with far more cases (one more
+    /// hour)
     #[arg(long)]
     pub deep: bool,
-    /// Also run tests on the libraries for other platforms, under Wine and qemu: .ci/platforms (an hour more)
+    /// Also test the libraries for other platforms, under Wine and qemu: .ci/platforms (one more hour)
     #[arg(long)]
     pub platforms: bool,
-    /// Passed on to pytest, such as -k NAME
+    /// Arguments for pytest, such as -k NAME
     #[arg(last = true, value_name = "PYTEST ARGUMENTS")]
     pub pytest: Vec<OsString>,
 }
 
 /// Runs the tests.
 pub(crate) fn test(workspace: &Workspace, options: &Options) -> Result<()> {
-    // Checks first for anything that may be missing, so that the user does not wait for it.
+    // First check for missing tools, so that the user does not wait in vain.
     if options.deep {
         deep::ready()?;
     }
@@ -62,9 +63,9 @@ pub(crate) fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     run(importers.current_dir(&workspace.root).envs(variables.clone()))?;
     steps.begin("Python tests");
     let mut pytest = environment.python();
-    // In the order of tests/conftest.py, not by the number of tests in a file.
+    // In the order defined by tests/conftest.py, not by the number of tests per file.
     pytest.args(["-m", "pytest", "tests", "-nauto", "--dist=loadfile", "--no-loadscope-reorder"]).args(&options.pytest);
-    // The site's page "What was tested" is generated from these. A subset of the tests says nothing about the rest.
+    // The site's page "What was tested" is generated from these results, which must be complete.
     if options.pytest.is_empty() {
         pytest.env("PLCFMU_RESULTS", workspace.target.join("results"));
     }
@@ -80,7 +81,7 @@ pub(crate) fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The folder with the libraries of all FMUs: packed ones, that of programs, and those of `tests/fmus`.
+/// The folder with the libraries of all FMUs: the packed ones, the program library, and those of `tests/fmus`.
 fn libraries(workspace: &Workspace) -> Result<PathBuf> {
     let host = Platform::host(&workspace.root)?;
     let linkage = Linkage::choose(workspace, &host, false);
@@ -95,7 +96,8 @@ fn libraries(workspace: &Workspace) -> Result<PathBuf> {
     Ok(folder)
 }
 
-/// Builds the page of the parameter tool. If its engine cannot be compiled, no page is left and its tests are skipped.
+/// Builds the page of the parameter tool. If its engine cannot be compiled, removes any old page, and its tests are
+/// skipped.
 fn page(workspace: &Workspace) -> Result<()> {
     match make::run(workspace, &make::Options { fmus: Some(workspace.fmus()), out: None }) {
         Err(error) if error.is::<make::Missing>() => {
@@ -114,7 +116,7 @@ fn remove(path: &Path, how: impl FnOnce(&Path) -> io::Result<()>) -> Result<()> 
     Ok(())
 }
 
-/// Variables by which bindgen, which tests/importers needs, finds libclang, unless the user has set one.
+/// The variables that lead bindgen, which tests/importers needs, to libclang, unless the user has set one.
 fn libclang(environment: &Environment) -> Result<Vec<(&'static str, OsString)>> {
     if std::env::var_os("LIBCLANG_PATH").is_some() {
         return Ok(Vec::new());
