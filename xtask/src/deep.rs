@@ -33,7 +33,7 @@ pub(crate) fn ready() -> Result<()> {
 
 /// Runs the tests. Python tests that are otherwise skipped need these variables.
 pub(crate) fn test(workspace: &Workspace, environment: &Environment, variables: &[(&str, OsString)]) -> Result<()> {
-    heading("Python tests that take long");
+    heading("slow Python tests");
     let mut pytest = environment.python();
     pytest.args(["-m", "pytest", "tests", "-m", "deep", "-nauto", "--dist=loadfile"]);
     run(pytest.envs(variables.iter().cloned()).current_dir(&workspace.root))?;
@@ -48,7 +48,7 @@ pub(crate) fn test(workspace: &Workspace, environment: &Environment, variables: 
     }
     heading("Python tests of the packed FMUs under valgrind");
     conformance(workspace, environment)?;
-    heading("Rust tests of the libraries with many more cases");
+    heading("Rust tests of the libraries with far more cases");
     for program in &programs {
         let many = CASES.map(|(variable, _, many)| (variable, many));
         run(Command::new(program).envs(many).current_dir(&workspace.root))?;
@@ -76,7 +76,7 @@ fn conformance(workspace: &Workspace, environment: &Environment) -> Result<()> {
     let text = fs::read(&log).with_context(|| log.display().to_string())?;
     let reports = reports(&String::from_utf8_lossy(&text));
     if !reports.is_empty() {
-        bail!("valgrind's reports on the FMUs' libraries:\n\n{}\n\nall of it: {}", reports.join("\n\n"), log.display());
+        bail!("valgrind's reports on the FMUs' libraries:\n\n{}\n\nfull log: {}", reports.join("\n\n"), log.display());
     }
     Ok(())
 }

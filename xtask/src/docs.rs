@@ -36,7 +36,7 @@ pub(crate) fn docs(workspace: &Workspace, options: &Options) -> Result<()> {
         Ok(()) => {
             python.arg("--tool").arg(make::place(workspace));
         }
-        Err(error) => eprintln!("note: the site is without the parameter tool: {error:#}"),
+        Err(error) => eprintln!("note: the site does not include the parameter tool: {error:#}"),
     }
     steps.begin("the site");
     run(python.current_dir(&workspace.root))

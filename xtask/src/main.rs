@@ -27,11 +27,11 @@ struct Arguments {
 
 const HELP: &str = "\
 Examples:
-  cargo xtask demo                  co-simulate all closed loops, print their figures, draw them
+  cargo xtask demo                  co-simulate all closed loops, print their figures, plot them
   cargo xtask fmu                   pack all FMUs
-  cargo xtask test                  check everything (the first time it takes some minutes)
+  cargo xtask test                  check everything (takes some minutes the first time)
   cargo xtask test -- -k time       only the Python tests with 'time' in their name
-  cargo xtask test --platforms      also the libraries for Windows and ARM, under Wine and qemu
+  cargo xtask test --platforms      also test the libraries for Windows and ARM, under Wine and qemu
 
 Results, below target/: fmu/NAME.fmu, demo/ (CSV, PNG, SVG), dist/, docs/, tool/, venv/ (the Python environment)
 Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' needs no Python.";

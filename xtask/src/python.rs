@@ -71,7 +71,7 @@ impl Environment {
         }
         // Of two concurrent commands, the second waits for the first and then uses its result.
         fs::create_dir_all(&workspace.target)?;
-        let lock = File::create(workspace.target.join("venv.lock")).context("target/venv.lock cannot be made")?;
+        let lock = File::create(workspace.target.join("venv.lock")).context("target/venv.lock cannot be created")?;
         lock.lock()?;
         if !is_ready() {
             environment.make(python, &requirements)?;
@@ -83,7 +83,7 @@ impl Environment {
 
     fn make(&self, python: &Python, requirements: &Path) -> Result<()> {
         let _progress = Progress::spinner(&format!(
-            "making the Python environment {} (once; it loads the packages of tests/requirements.txt)",
+            "creating the Python environment {} (once; downloads the packages in tests/requirements.txt)",
             self.folder.display()
         ));
         if self.folder.exists() {
@@ -95,7 +95,7 @@ impl Environment {
         install.args(["--only-binary=:all:", "--requirement"]).arg(requirements);
         if let Err(error) = output(&mut install) {
             bail!(
-                "the packages of tests/requirements.txt cannot be installed: {}\nConnect to PyPI or to a mirror \
+                "the packages in tests/requirements.txt cannot be installed: {}\nConnect to PyPI or to a mirror \
                  (PIP_INDEX_URL); {WITHOUT}",
                 reason(&error.to_string())
             );

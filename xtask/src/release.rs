@@ -65,9 +65,7 @@ pub(crate) fn release(workspace: &Workspace, options: &Options) -> Result<()> {
     checks.push(licences(root));
     checks.push(packs(root));
     let missing = EXPECTED.iter().filter(|name| !root.join(name).is_file()).copied().collect::<Vec<_>>();
-    checks.push(Check::new("the files at the top are there", missing.is_empty(), || {
-        format!("add {}", missing.join(", "))
-    }));
+    checks.push(Check::new("the top-level files exist", missing.is_empty(), || format!("add {}", missing.join(", "))));
     println!("Release {version}:");
     for check in &checks {
         match &check.fault {
@@ -112,7 +110,7 @@ fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
 fn lock(root: &Path) -> Check {
     let mut cargo = workspace::cargo();
     cargo.args(["update", "--workspace", "--locked", "--offline", "--quiet"]).current_dir(root);
-    Check::new("Cargo.lock fits the manifests", output(&mut cargo).is_ok(), || {
+    Check::new("Cargo.lock matches the manifests", output(&mut cargo).is_ok(), || {
         "run 'cargo check' and commit Cargo.lock".into()
     })
 }
@@ -131,7 +129,7 @@ fn packs(root: &Path) -> Check {
     let mut cargo = workspace::cargo();
     cargo.args(["package", "--quiet", "--offline", "--allow-dirty", "--package", LIBRARY]).current_dir(root);
     Check::new(format!("the crate {LIBRARY} compiles from its package alone"), output(&mut cargo).is_ok(), || {
-        format!("'cargo package --allow-dirty --package {LIBRARY}' says what it lacks")
+        format!("'cargo package --allow-dirty --package {LIBRARY}' shows what is missing")
     })
 }
 
@@ -177,23 +175,23 @@ impl Sources {
             Check::new("CITATION.cff has the version of Cargo.toml", cited(&self.citation) == Some(current), || {
                 format!("write 'version: {current}' there")
             }),
-            Check::new("CHANGELOG.md says what is new", !unreleased(&self.changelog).is_empty(), || {
+            Check::new("CHANGELOG.md describes the changes", !unreleased(&self.changelog).is_empty(), || {
                 format!("write it under '{UNRELEASED}'")
             }),
             Check::new(
-                format!("CHANGELOG.md has no section of {version} yet"),
+                format!("CHANGELOG.md has no section for {version} yet"),
                 !self.changelog.contains(&format!("\n## [{version}]")),
-                || format!("{version} was released: choose another version"),
+                || format!("{version} has been released: choose another version"),
             ),
             Check::new(
                 "the workflow builds with the Rust of Cargo.toml",
                 !rust.is_empty() && self.workflow.contains(&format!("rustup toolchain install {rust}.")),
                 || format!("install {rust}.x in {WORKFLOW}"),
             ),
-            Check::new("the wheel says what it is", of_wheel.is_empty(), || {
+            Check::new("the wheel has its metadata", of_wheel.is_empty(), || {
                 format!("add {} to [project] in {WHEEL}", of_wheel.join(", "))
             }),
-            Check::new(format!("the crate {LIBRARY} says what it is"), of_library.is_empty(), || {
+            Check::new(format!("the crate {LIBRARY} has its metadata"), of_library.is_empty(), || {
                 format!("add {} to [package] in {LIBRARY}/{MANIFEST}", of_library.join(", "))
             }),
         ]
@@ -259,27 +257,29 @@ fn cite(citation: &str, version: &str, date: &str) -> String {
 fn by_hand(sources: &Sources, version: &str, is_check: bool) -> String {
     let mut steps = Vec::new();
     if is_check {
-        steps.push(format!("Make the commit and the tag: cargo xtask release {version}"));
+        steps.push(format!("Create the commit and the tag: cargo xtask release {version}"));
     }
     if sources.shared("repository").is_none() {
         steps.push(format!(
-            "Choose where the repository lives, and write its address into Cargo.toml (repository) and {WHEEL} ([project.urls])"
+            "Choose where to host the repository, and write its URL to Cargo.toml (repository) and {WHEEL} ([project.urls])"
         ));
     }
     steps.push(".ci/run on a clean checkout (30 minutes on 2 cores)".into());
     steps.push(format!(
         "Push: git push origin HEAD v{version}. {WORKFLOW} tests, builds on each system, and attaches files, checksums and \
-         provenance; it needs GitHub Pages switched on (source: GitHub Actions)"
+         provenance; it needs GitHub Pages enabled (source: GitHub Actions)"
     ));
-    steps.push("Upload the wheels to PyPI with an account of the project: python -m twine upload *.whl".into());
+    steps.push("Upload the wheels to PyPI with a project account: python -m twine upload *.whl".into());
     steps.push(format!(
         "If other programs are to use the crate {LIBRARY}: set publish = true in {LIBRARY}/Cargo.toml, then cargo publish --package \
          {LIBRARY}"
     ));
-    steps.push("Sign the command for Windows and macOS, where a certificate is at hand: nothing is signed here".into());
+    steps.push(
+        "Sign the command for Windows and macOS, if a certificate is available: nothing is signed automatically".into(),
+    );
     steps.push("Send compatibility/ to the list of FMI tools: cargo xtask dist --address URL writes the entry".into());
     let steps = steps.iter().enumerate().map(|(number, step)| format!("  {}. {step}", number + 1));
-    format!("Left for a person:\n{}", steps.collect::<Vec<_>>().join("\n"))
+    format!("Remaining manual steps:\n{}", steps.collect::<Vec<_>>().join("\n"))
 }
 
 #[cfg(test)]
@@ -318,9 +318,12 @@ mod tests {
     #[test]
     fn each_check_fails_where_its_file_is_wrong() {
         assert!(faults(&sources(CHANGES), "0.2.0").is_empty());
-        assert_eq!(faults(&sources(CHANGES), "0.1.0"), ["CHANGELOG.md has no section of 0.1.0 yet"]);
+        assert_eq!(faults(&sources(CHANGES), "0.1.0"), ["CHANGELOG.md has no section for 0.1.0 yet"]);
         assert_eq!(faults(&sources(CHANGES), "0.2"), ["the version has three numbers"]);
-        assert_eq!(faults(&sources("## [Unreleased]\n\n## [0.1.0]\n"), "0.2.0"), ["CHANGELOG.md says what is new"]);
+        assert_eq!(
+            faults(&sources("## [Unreleased]\n\n## [0.1.0]\n"), "0.2.0"),
+            ["CHANGELOG.md describes the changes"]
+        );
         let mut other = sources(CHANGES);
         other.citation = "version: 0.0.9\n".into();
         other.workflow = "rustup toolchain install 1.94.0".into();
@@ -329,8 +332,8 @@ mod tests {
         let expected = [
             "CITATION.cff has the version of Cargo.toml",
             "the workflow builds with the Rust of Cargo.toml",
-            "the wheel says what it is",
-            "the crate blocks says what it is",
+            "the wheel has its metadata",
+            "the crate blocks has its metadata",
         ];
         assert_eq!(faults(&other, "0.2.0"), expected);
     }
@@ -349,7 +352,7 @@ mod tests {
             fs::write(root.join("blocks/src/lib.rs"), format!("const _: &str = include_str!(\"{file}\");\n")).unwrap();
             packs(root).fault
         });
-        let remedy = "'cargo package --allow-dirty --package blocks' says what it lacks";
+        let remedy = "'cargo package --allow-dirty --package blocks' shows what is missing";
         assert_eq!(faults, [Some(remedy.to_string()), None]);
     }
 

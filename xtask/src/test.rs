@@ -101,7 +101,7 @@ fn libraries(workspace: &Workspace) -> Result<PathBuf> {
 fn page(workspace: &Workspace) -> Result<()> {
     match make::run(workspace, &make::Options { fmus: Some(workspace.fmus()), out: None }) {
         Err(error) if error.is::<make::Missing>() => {
-            println!("skipped, with its tests: {error:#}");
+            println!("skipped, including its tests: {error:#}");
             remove(&make::place(workspace), |page| fs::remove_file(page))
         }
         made => made,
