@@ -1,5 +1,5 @@
-//! The engine's interface to an FMU: an instance that can be initialized, set, stepped and read, whatever implements
-//! it.
+//! The engine's interface to an FMU: an instance that can be initialized, set, stepped and read, regardless of its
+//! implementation.
 
 use anyhow::{Result, bail};
 pub use modeldescription::Type;
@@ -8,7 +8,7 @@ use std::error::Error;
 use std::fmt;
 use std::ops::Range;
 
-/// The FMU ended the simulation during a step, which is not a failure.
+/// The FMU ended the simulation during a step. This is not a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terminated;
 
@@ -32,13 +32,13 @@ pub struct Update {
     pub next: Option<f64>,
 }
 
-/// The sources and targets of a member's values. It depends only on the plan and is computed once, so that a step
-/// merely moves values.
+/// The sources and targets of a member's values. The wiring depends only on the plan and is computed once, so that a
+/// step only has to move values.
 #[derive(Debug)]
 pub struct Wiring {
     /// The range of the member's values within those of the run.
     pub own: Range<usize>,
-    /// The variables that others need or that are recorded, by type.
+    /// The variables that other members read or that are recorded, by type.
     pub read: Vec<Read>,
     /// The connected inputs, by type.
     pub written: Vec<Written>,
@@ -64,7 +64,7 @@ pub struct Written {
     pub references: Vec<u32>,
     /// The positions of their sources among the values of the run.
     pub sources: Vec<usize>,
-    /// The positions of those that need a conversion, and their source types.
+    /// The positions of the inputs that need a conversion, with their source types.
     pub converted: Vec<(usize, Type)>,
     /// The values in the current step.
     pub values: Vec<f64>,
@@ -72,14 +72,14 @@ pub struct Written {
     pub seen: Vec<f64>,
 }
 
-/// How a variable that is computed by the FMU or connected is overwritten.
+/// How a computed or connected variable is overwritten.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Force {
     /// Once, now.
     Once(f64),
     /// Before and after each step from now on.
     Always(f64),
-    /// No longer.
+    /// Not any more.
     Release,
 }
 
@@ -95,22 +95,22 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses.
     fn enter_initialization(&mut self) -> Result<()>;
-    /// Leaves Initialization Mode.
+    /// Exits Initialization Mode.
     ///
     /// # Errors
     /// The FMU refuses.
     fn exit_initialization(&mut self) -> Result<()>;
-    /// Reads variables of one type as the cells defined by [`Type::cell`]; true is 1.
+    /// Reads variables of one type as cells (see [`Type::cell`]); true is 1.
     ///
     /// # Errors
     /// The FMU refuses.
     fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()>;
-    /// Writes variables of one type from the cells defined by [`Type::cell`]; true is 1.
+    /// Writes variables of one type from cells (see [`Type::cell`]); true is 1.
     ///
     /// # Errors
     /// The FMU refuses.
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()>;
-    /// Overwrites a variable of any kind, which no FMU allows through its interface.
+    /// Overwrites a variable of any kind, which the interface of an FMU does not allow.
     ///
     /// # Errors
     /// The component supports only its interface.
@@ -122,28 +122,29 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses, or [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
-    /// Enters Event Mode unless it is active. Like the next two, called only for a member whose plan has events.
+    /// Enters Event Mode unless it is active. Like the next two functions, called only for members whose plan has
+    /// events.
     ///
     /// # Errors
     /// The FMU refuses, or has no Event Mode.
     fn enter_events(&mut self) -> Result<()> {
         bail!("it has no Event Mode")
     }
-    /// Applies the inputs in Event Mode, and handles due events.
+    /// Applies the inputs in Event Mode and handles due events.
     ///
     /// # Errors
     /// The FMU refuses, or [`Terminated`].
     fn update(&mut self) -> Result<Update> {
         bail!("it has no Event Mode")
     }
-    /// Leaves Event Mode, before the next step.
+    /// Leaves Event Mode before the next step.
     ///
     /// # Errors
     /// The FMU refuses.
     fn leave_events(&mut self) -> Result<()> {
         bail!("it has no Event Mode")
     }
-    /// The component as one of several that step side by side; `None`, the default, if that is not supported.
+    /// The component as one of several that are stepped side by side; `None`, the default, if that is not supported.
     fn side(&mut self) -> Option<Side<'_>> {
         None
     }
@@ -154,7 +155,7 @@ pub trait Component {
     fn terminate(&mut self) -> Result<()>;
 }
 
-/// A component, and the function that combines it with others.
+/// A component and the function that combines it with others.
 pub struct Side<'a> {
     /// The component.
     pub component: &'a mut dyn Any,
@@ -162,19 +163,19 @@ pub struct Side<'a> {
     pub combine: Combine,
 }
 
-/// Combines components of one kind, one from each of several runs, so that they make ordinary steps side by side; `None` if they
-/// cannot.
+/// Combines components of one kind, one from each of several runs, so that they make ordinary steps side by side;
+/// `None` if that is not possible.
 pub type Combine = for<'a> fn(Vec<&'a mut dyn Any>, &Wiring) -> Option<Box<dyn Abreast + 'a>>;
 
 /// A member from each of several runs, making the same steps side by side.
 pub trait Abreast {
     /// Whether this step can fail only because of an input value.
     fn is_ordinary(&self, time: f64, size: f64) -> bool;
-    /// Writes the connected inputs, makes an ordinary step, and reads what others need, for all runs. For each position
-    /// in the values of a run, `values` has one value per run. Returns false if a value is refused, in which case only
-    /// inputs were written.
+    /// Writes the connected inputs, makes an ordinary step, and reads the values that other members need, for all runs.
+    /// For each position in a run's values, `values` has one value per run. Returns false if a value is refused, in
+    /// which case only inputs were written.
     fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool;
-    /// Returns the resulting states to the components.
+    /// Writes the resulting states back to the components.
     fn end(self: Box<Self>);
 }
 
@@ -183,7 +184,7 @@ pub trait Reset: Component {
     /// Resets the instance to its initial state.
     ///
     /// # Errors
-    /// The FMU refuses; only a new instance can then be used.
+    /// The FMU refuses; a new instance is then required.
     fn reset(&mut self) -> Result<()>;
 }
 

@@ -1,6 +1,6 @@
-//! The dialog in a block's documentation: the roles of its variables in a loop, and its settings in groups.
+//! The dialog in a block's documentation: the roles of its variables in a loop, and its settings, in groups.
 //!
-//! A block says it in a fence of its documentation:
+//! A block specifies it in a fenced block in its documentation:
 //!
 //! ````text
 //! ```dialog
@@ -17,7 +17,7 @@
 //! ```
 //! ````
 //!
-//! A block without the fence has a group for its inputs and one for its parameters, and no roles.
+//! A block without it has one group for its inputs, one for its parameters, and no roles.
 
 use crate::fmus::LoopRole;
 use crate::plan::suggestion;
@@ -26,7 +26,7 @@ use blocks::Role;
 use modeldescription::Table;
 use serde::{Deserialize, Serialize};
 
-/// The meaning of the signal that is TRUE while a controller inside a program is in manual mode.
+/// The meaning of the signal that is TRUE while a controller in a program is in manual mode.
 pub const MANUAL_MODE: &str = "manual mode";
 
 /// The roles of an FMU's variables in a loop. All names are the FMU's own.
@@ -34,11 +34,11 @@ pub const MANUAL_MODE: &str = "manual mode";
 #[serde(default)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Roles {
-    /// The setpoint that a user changes.
+    /// The setpoint changed by the user.
     pub setpoint: Option<String>,
-    /// The variable of the process value: an input of a controller, an output of a plant.
+    /// The process value: an input of a controller, an output of a plant.
     pub process_value: Option<String>,
-    /// The process value that is drawn, in the setpoint's unit.
+    /// The process value to plot, in the setpoint's unit.
     pub shown_process_value: Option<String>,
     /// The manipulated value: an output of a controller, an input of a plant.
     pub manipulated_value: Option<String>,
@@ -46,11 +46,11 @@ pub struct Roles {
     pub manual: Option<(String, String)>,
     /// The switch to manual mode and the manual pulses, up and down, of a controller without a manual value.
     pub manual_pulses: Option<(String, [String; 2])>,
-    /// GAIN, TI, TD and TM_LAG, or those of them that the block has.
+    /// GAIN, TI, TD and TM_LAG, as far as the block has them.
     pub controller: Vec<String>,
-    /// The switches of the P, I and D action.
+    /// The switches for the P, I and D actions.
     pub structure: Vec<String>,
-    /// Pulses: outputs of a controller (up, down or heat, cool), inputs of a plant.
+    /// The pulses: outputs of a controller (up, down or heat, cool), inputs of a plant.
     pub pulses: Vec<String>,
     /// The settings of the pulse former: period, shortest pulse, ratio.
     pub pulse_former: Vec<String>,
@@ -62,14 +62,14 @@ pub struct Roles {
     pub dead_band: Option<String>,
     /// The shortest pulse of a step controller.
     pub shortest_pulse: Option<String>,
-    /// The input that makes a complete restart.
+    /// The input that triggers a complete restart.
     pub restart: Option<String>,
-    /// The settings among the inputs, see [`Roles::is_stimulus`].
+    /// The inputs that are settings; see [`Roles::is_stimulus`].
     pub settings: Vec<String>,
-    /// The stimuli among the parameters.
+    /// The parameters that are stimuli.
     pub stimuli: Vec<String>,
-    /// More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS. A `fault` is an output that is TRUE
-    /// while a plant has stopped, such as a tripped drive.
+    /// Further signals, as pairs of meaning and variable, such as `high stop`: LMNR_HS. Controller and plant use the
+    /// same meanings. A `fault` is an output that is TRUE while a plant has stopped, such as a tripped drive.
     pub signals: Vec<(String, String)>,
 }
 
@@ -89,15 +89,15 @@ pub struct Group {
 pub struct Field {
     /// The variable.
     pub name: String,
-    /// The condition under which it has an effect: each inner list is joined by AND, the lists by OR; empty is always.
-    /// `(name, wanted)`.
+    /// The condition under which it has an effect, as pairs `(name, wanted)`: each inner list is joined by AND, the
+    /// lists by OR; always if empty.
     pub used_if: Vec<Vec<(String, bool)>>,
 }
 
-/// Parses the dialog from the documentation; by default there is one group for the inputs and one for the parameters.
+/// Parses the dialog from the documentation; without one, there is one group for the inputs and one for the parameters.
 ///
 /// # Errors
-/// A line of the fence cannot be parsed, a name does not exist in the block, or a setting is in no group or in two.
+/// A line of the dialog cannot be parsed, a name does not exist in the block, or a setting is in no group or in two.
 pub fn read(table: &Table) -> Result<(Roles, Vec<Group>)> {
     let Some(lines) = fence(&table.docs)? else { return Ok((Roles::default(), groups(table, "Parameters"))) };
     let mut roles = Roles::default();
@@ -146,7 +146,7 @@ fn fence(docs: &str) -> Result<Option<Vec<&str>>> {
     Ok(Some(lines))
 }
 
-/// A group for the inputs and one for the other settings, with this title.
+/// A group for the inputs and one for the other settings, titled `others`.
 pub fn groups(table: &Table, others: &str) -> Vec<Group> {
     let group = |title: &str, is_of: fn(Role) -> bool| Group {
         title: title.into(),
@@ -162,7 +162,7 @@ pub fn groups(table: &Table, others: &str) -> Vec<Group> {
     [inputs, others].into_iter().filter(|group| !group.fields.is_empty()).collect()
 }
 
-/// Parses names from the table, separated by commas.
+/// Parses comma-separated names of variables in the table.
 fn names(table: &Table, text: &str) -> Result<Vec<String>> {
     text.split(',').map(|name| known(table, name.trim())).collect()
 }
@@ -222,7 +222,7 @@ fn check(table: &Table, groups: &[Group]) -> Result<()> {
 }
 
 impl Roles {
-    /// The process value compared with the setpoint: the one that is drawn, if a block names it separately.
+    /// The process value compared with the setpoint: the one to plot, if the block specifies it separately.
     pub fn compared_process_value(&self) -> Option<&String> {
         self.shown_process_value.as_ref().or(self.process_value.as_ref())
     }
@@ -232,7 +232,7 @@ impl Roles {
         self.signals.iter().filter(|(meaning, _)| meaning == "fault").map(|(_, name)| name)
     }
 
-    /// The setpoint, process value and manipulated value of a loop, as drawn.
+    /// The setpoint, process value and manipulated value of a loop, as plotted.
     pub fn signals(&self) -> [Option<&String>; 3] {
         [self.setpoint.as_ref(), self.compared_process_value(), self.manipulated_value.as_ref()]
     }
@@ -243,8 +243,7 @@ impl Roles {
     }
 
     /// Whether a variable is a stimulus of the loop, such as setpoint, manual value, disturbance or noise, rather than
-    /// a setting being tried. By default, inputs are stimuli and parameters are settings, unless the dialog says
-    /// otherwise.
+    /// a setting being tuned. Inputs are stimuli and parameters are settings unless the dialog specifies otherwise.
     pub fn is_stimulus(&self, name: &str, is_input: bool) -> bool {
         let named = |names: &[String]| names.iter().any(|other| other == name);
         let is_manual = self.manual.as_ref().is_some_and(|(on, value)| on == name || value == name)
@@ -263,7 +262,8 @@ impl Roles {
         self.manual.as_ref().map(|(switch, _)| switch).or_else(of_pulses)
     }
 
-    /// The variable that indicates manual mode: the controller's switch or, if a program sets that, a separate status.
+    /// The variable that indicates manual mode: the controller's switch or, if a program sets the switch, a separate
+    /// status.
     pub fn manual_mode(&self) -> Option<&String> {
         let said = || self.signals.iter().find(|(meaning, _)| meaning == MANUAL_MODE).map(|(_, name)| name);
         self.manual_switch().or_else(said)

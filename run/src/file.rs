@@ -23,7 +23,7 @@
 //! set.PID.SP = 80.0
 //! ```
 //!
-//! Names of variables contain dots, and so do TOML's keys: both spellings denote the same name.
+//! Variable names contain dots, and so do TOML keys: both spellings denote the same name.
 
 mod write;
 
@@ -46,7 +46,7 @@ pub use write::write;
 /// The maximum size of the file, in bytes.
 const LARGEST: u64 = 1 << 20;
 
-/// A function that reads a parameter file, given as the user names it.
+/// A function that reads a parameter file, given the path as specified by the user.
 pub type ReadParameters = fn(&str, &Options) -> Result<Reading>;
 
 /// The remarks about a parameter file, one sentence each.
@@ -137,7 +137,7 @@ pub enum Node {
     Boolean(bool),
     /// An integer or a floating-point number.
     Number(f64),
-    /// An integer with more digits than a floating-point number holds.
+    /// An integer with more digits than a floating-point number can hold.
     Whole(i128),
     /// A quoted string.
     Text(String),
@@ -225,20 +225,20 @@ fn entries<'de, T: Deserialize<'de>, A: MapAccess<'de>>(mut map: A) -> Result<En
     Ok(Entries(entries))
 }
 
-/// Reads a system from a file. The paths of FMUs are relative to `fmus`, if given, otherwise to the folder of the file;
-/// those of parameter files, which `parameters` reads, are relative to the folder of the file.
+/// Reads a system from a file. The paths of FMUs are relative to `fmus`, if given, otherwise to the file's folder.
+/// Those of parameter files, which `parameters` reads, are always relative to the file's folder.
 ///
 /// # Errors
-/// The file is faulty; the message gives file, line and column.
+/// The file is faulty; the message states file, line and column.
 pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<System> {
     Reader::open(path, fmus, parameters)?.system()
 }
 
-/// Parses a system from the text of a file, which errors call `name`. The FMUs need not exist, and keep their paths as
-/// written.
+/// Parses a system from the text of a file, called `name` in errors. The FMUs need not exist, and their paths are kept
+/// as written.
 ///
 /// # Errors
-/// The text is faulty, with line and column, or names a parameter file.
+/// The text is faulty (the message states line and column) or names a parameter file.
 pub fn parse(name: &str, text: &str) -> Result<System> {
     let parameters: ReadParameters = |file, _| bail!("{file} cannot be read here");
     let source = Source::new(name, text.as_bytes().to_vec());
@@ -254,7 +254,7 @@ struct Entry<'a> {
     node: &'a Spanned<Node>,
 }
 
-/// A reader of a file, whose errors have line and column.
+/// A reader for a file, whose errors state line and column.
 pub struct Reader<'a> {
     source: Source,
     folder: &'a Path,
@@ -281,7 +281,7 @@ impl<'a> Reader<'a> {
         self.parameters
     }
 
-    /// The content of the file.
+    /// The parsed content of the file.
     pub fn content<T: DeserializeOwned>(&self) -> Result<T> {
         content(&self.source)
     }
@@ -367,7 +367,7 @@ impl<'a> Reader<'a> {
         Ok(Member { name: name.get_ref().clone(), path })
     }
 
-    /// Adds the values that a parameter file contains for an FMU.
+    /// Adds an FMU's values from a parameter file.
     fn add_parameters(&self, member: &str, of: &ParametersOf, system: &mut System) -> Result<()> {
         let here = self.place(of.file.span());
         let options = Options { block: of.block.clone(), offset: of.offset, ..Options::default() };
@@ -466,7 +466,7 @@ impl<'a> Reader<'a> {
     /// Converts a node to a time in seconds.
     ///
     /// # Errors
-    /// It is not a finite number; the message gives line and column.
+    /// It is not a finite number; the message states line and column.
     pub fn seconds(&self, node: &Spanned<Node>) -> Result<f64> {
         match node.get_ref() {
             Node::Number(number) if number.is_finite() => Ok(*number),
@@ -499,8 +499,8 @@ pub fn place(source: &Source, span: Range<usize>) -> FilePosition {
     FilePosition { file: source.file.clone(), line, column }
 }
 
-/// The location of the part of a TOML file to which these keys lead, or of the last of them that the file has; `None` if it
-/// has not even the first, or an index is too high.
+/// The location of the part of a TOML file to which these keys lead, or of the last key that the file contains; `None`
+/// if it does not contain the first one, or an index is too high.
 pub fn find(source: &Source, keys: &[Key]) -> Option<FilePosition> {
     let root: Node = toml::from_str(&source.text).ok()?;
     let (mut node, mut span) = (&root, None);
@@ -532,7 +532,7 @@ pub fn content<T: DeserializeOwned>(source: &Source) -> Result<T> {
     })
 }
 
-/// An error of the TOML parser in the user's words: "expected a list; found the text \"max\"".
+/// The TOML parser's error in the user's terms: "expected a list; found the text \"max\"".
 pub fn plain(message: &str) -> String {
     let message = message.trim().replace('\n', "; ");
     if let Some((name, expected)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(", expected ")) {

@@ -9,21 +9,21 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Access to FMUs by name, whether they are linked blocks or used through their C interface.
+/// Access to FMUs by name, whether they are blocks linked into this program or used through their C interface.
 pub trait Fmus {
     /// The description of an FMU, as in its modelDescription.xml.
     ///
     /// # Errors
-    /// No such FMU, or it cannot be read.
+    /// The FMU does not exist or cannot be read.
     fn description(&self, fmu: &str) -> Result<Arc<Description>>;
 
-    /// The table of an FMU made with `fmu::export!`; `None` for a foreign FMU.
+    /// The table of an FMU built with `fmu::export!`; `None` for an FMU from another tool.
     ///
     /// # Errors
-    /// No such FMU, or it cannot be read.
+    /// The FMU does not exist or cannot be read.
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>>;
 
-    /// The dialog of an FMU with this table: as in its documentation, unless more is known.
+    /// The dialog of an FMU with this table; by default, the one in its documentation.
     ///
     /// # Errors
     /// The dialog in its documentation is wrong.
@@ -34,7 +34,7 @@ pub trait Fmus {
     /// Creates an instance of an FMU.
     ///
     /// # Errors
-    /// No such FMU, or it refuses.
+    /// The FMU does not exist or refuses.
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>>;
 }
 
@@ -49,7 +49,7 @@ pub struct Member {
     pub name: String,
     /// The FMU's name in the catalogue.
     pub fmu: String,
-    /// Its settings; the others have their start values.
+    /// Its settings; other variables have their start values.
     #[serde(default)]
     pub values: Values,
 }
@@ -61,9 +61,9 @@ pub struct Member {
 pub enum LoopRole {
     /// It has a setpoint or outputs a manipulated value.
     Controller,
-    /// It takes a manipulated value and has a process value.
+    /// It has a manipulated value as input or a process value as output.
     Plant,
-    /// Neither is known of it.
+    /// Anything else.
     Other,
 }
 

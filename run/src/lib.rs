@@ -1,5 +1,6 @@
 //! Loops of FMUs and their simulation: connections, the order in which values are exchanged, settings over time, and
-//! recording. [`Fmus`](fmus::Fmus) determines whether an FMU is a linked block or used through its C interface.
+//! recording. [`Fmus`](fmus::Fmus) determines whether an FMU is a block linked into this program or used through its C
+//! interface.
 //!
 //! ```text
 //! loop.toml --file--> System: names --Plan::of--> Plan: positions and value references --Run--> Recording

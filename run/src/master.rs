@@ -1,29 +1,29 @@
 //! Runs a plan and records it.
 //!
 //! Initialization: every FMU receives its parameters, enters Initialization Mode and receives its inputs. Connected
-//! values are then copied from outputs to inputs, in the order of the FMUs, until no output changes, but in at most as
-//! many passes as there are FMUs; a value thus propagates through chains (plant, sensor, filter) in any order. Finally
-//! every FMU leaves Initialization Mode. With [`Exchange::Parallel`], values are copied once.
+//! values are then copied from outputs to inputs, in the order of the FMUs, until no output changes, in at most as many
+//! passes as there are FMUs; values thus propagate through chains (plant, sensor, filter) in any order. Finally every
+//! FMU exits Initialization Mode. With [`Exchange::Parallel`], values are copied once.
 //!
-//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn receives the values set at that time,
-//! then its connected inputs, and steps. With [`Exchange::Parallel`], all connected inputs are read before any of the
-//! FMUs steps.
+//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn receives the values set at that time
+//! and its connected inputs, and then steps. With [`Exchange::Parallel`], all connected inputs are read before any of
+//! the FMUs steps.
 //!
 //! Each row of the recording corresponds to a point in time. An input has the value that its FMU receives for the step
-//! beginning at that time. An output has the value that the connected FMUs read in that step. The row of a controller
-//! thus shows the inputs and outputs of its call at that time, and a plant that feeds back to the controller shows its
-//! state at that time. An output that no FMU reads is recorded together with the other outputs of its FMU; if none of
+//! beginning at that time. An output has the value that the connected FMUs read in that step. A row thus shows a
+//! controller's inputs and the outputs of its call at that time, and the state at that time of a plant that feeds back
+//! to the controller. An output that no FMU reads is recorded together with the other outputs of its FMU; if none of
 //! them is read, all have their values at that time, before the step. The last row corresponds to the end, without a
-//! step: outputs have the values after the last step, and connected inputs those of their outputs.
+//! step: outputs have their values after the last step, and connected inputs the values of the connected outputs.
 //!
 //! FMUs with Event Mode are not part of that order: their values are exchanged at a communication point, before any FMU
-//! steps. All of them enter Event Mode; each that has an event is updated after those that feed it and have an event
-//! too, and all are updated again as long as an output changes. The other FMUs read its outputs after that, whatever
-//! its position. If an FMU without Event Mode that comes before it passes it a different value in the step, it reads
-//! that value in Event Mode too. An event within a step is handled with the present inputs.
+//! steps. All of them enter Event Mode; one with an event is updated after those that feed it and also have an event,
+//! and all are updated again until no output changes. The other FMUs then read their outputs, regardless of order. If
+//! an earlier FMU without Event Mode passes a different value to one with Event Mode during the step, that value is
+//! also read in Event Mode. An event within a step is handled with the current inputs.
 //!
-//! [`Run`] produces the same rows, with one exception: each row is a call of the first member, the controller, whose
-//! outputs are therefore the results of that call, whether they are read or not.
+//! [`Run`] produces the same rows with one exception: each row corresponds to a call of the first member, the
+//! controller, whose outputs are therefore the results of that call, whether or not they are read.
 
 mod abreast;
 mod events;
@@ -43,9 +43,9 @@ pub struct Recording {
     pub columns: Vec<Column>,
     /// The time of each row in seconds: the start of each step, and the end.
     pub times: Vec<f64>,
-    /// The rows, one after another.
+    /// The rows, concatenated.
     values: Vec<f64>,
-    /// The FMU that ended the run early, and the time. The step in which it did so has no row.
+    /// The FMU that ended the run early, with the time. The step in which it did so has no row.
     pub ended: Option<String>,
 }
 
@@ -94,8 +94,8 @@ impl Recording {
         self.rows().map(move |(_, row)| row[column])
     }
 
-    /// Writes CSV: the header `time,FMU.VARIABLE,...`, then the rows. A number is printed as the shortest text that
-    /// reads back bit-equal; true is 1.
+    /// Writes CSV: the header `time,FMU.VARIABLE,...`, then the rows. A number is printed with the fewest digits that
+    /// read back bit-equal; true is 1.
     ///
     /// # Errors
     /// Writing to `to` fails.
@@ -104,7 +104,7 @@ impl Recording {
     }
 }
 
-/// Thins the rows of a long run for a picture: a group of consecutive rows becomes two, with the minimum and maximum of
+/// Thins the rows of a long run for a plot: each group of consecutive rows becomes two, with the minimum and maximum of
 /// each column in their original order.
 #[derive(Debug)]
 pub struct Thinned {
@@ -139,7 +139,7 @@ impl Thinned {
         }
         self.last = time;
         for ([least, greatest], value) in self.extremes.iter_mut().zip(row) {
-            // NaN is kept, since a curve has a gap there.
+            // NaN is kept because the curve has a gap there.
             if *value < least.0 || value.is_nan() {
                 *least = (*value, self.count);
             } else if *value > greatest.0 {
@@ -225,7 +225,7 @@ fn write_value(to: &mut (impl Write + ?Sized), column: &Column, value: f64) -> i
     if column.kind.is_floating() { write!(to, ",{value:?}") } else { write!(to, ",{value}") }
 }
 
-/// Writes a row of a CSV file, given as the cells defined by [`Type::cell`].
+/// Writes a row of a CSV file, given as cells (see [`Type::cell`]).
 ///
 /// # Errors
 /// Writing to `to` fails.
@@ -245,11 +245,11 @@ fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
-/// Runs the plan with one component for each member, and keeps all rows. `progress` receives the number of completed
-/// steps after each.
+/// Runs the plan with one component for each member and keeps all rows. `progress` receives the number of completed
+/// steps after each step.
 ///
 /// # Errors
-/// An FMU rejects a call: its name, what it rejected, the time and its messages.
+/// An FMU rejects a call; the error states its name, the rejected call, the time and its messages.
 ///
 /// # Panics
 /// The number of components differs from the number of members.
@@ -265,7 +265,7 @@ pub fn run<C: Component>(plan: &Plan, components: &mut [C], progress: impl FnMut
 }
 
 /// Runs the plan like [`run()`], but passes on each row as soon as it is complete. Returns the FMU that ended the run
-/// early, and the time.
+/// early, with the time.
 ///
 /// # Errors
 /// As [`run()`], or `give` fails.
@@ -286,7 +286,7 @@ pub fn run_into<C: Component>(
     })
 }
 
-/// Runs the plan like [`run_into`], but passes on the exact values as the cells defined by [`Type::cell`].
+/// Runs the plan like [`run_into`], but passes on the exact values as cells (see [`Type::cell`]).
 ///
 /// # Errors
 /// As [`run_into`].
@@ -324,7 +324,7 @@ pub fn run_cells<C: Component>(
     Ok(ended)
 }
 
-/// A run in progress, step by step. Each call requires its [`Plan`]; the run has no predetermined end.
+/// A run in progress, step by step. Each function requires its [`Plan`]; the run has no predetermined end.
 #[derive(Debug)]
 pub struct Run<C> {
     members: Vec<Running<C>>,
@@ -340,9 +340,9 @@ pub struct Run<C> {
     values: Vec<f64>,
     /// The position in `values` of each recorded column.
     recorded: Vec<usize>,
-    /// Whether some member's events are still unknown, which affects these positions.
+    /// Whether it is still unknown which members have events, which affects these positions.
     is_new: bool,
-    /// The last recorded row, as the cells defined by [`Type::cell`].
+    /// The last recorded row, as cells (see [`Type::cell`]).
     cells: Vec<f64>,
     /// The same row as numbers; only if they differ from the cells.
     row: Option<Vec<f64>>,
@@ -352,14 +352,14 @@ pub struct Run<C> {
     kept: Vec<f64>,
 }
 
-/// A member in operation.
+/// A member of a run in progress.
 #[derive(Debug)]
 struct Running<C> {
     component: C,
     wiring: Wiring,
     /// The number of `plan.events` already applied.
     events: usize,
-    /// The time of the next event in seconds; minus infinity if an assignment is pending.
+    /// The time of the next assignment in seconds; minus infinity if one is pending.
     next: f64,
     /// Assignments for the next step, applied after the plan's events.
     pending: Vec<Assignment>,
@@ -371,7 +371,7 @@ impl<C: Component> Run<C> {
     /// Initializes the components, one for each member of the plan. `stop` is the end in seconds, if known.
     ///
     /// # Errors
-    /// An FMU rejects a call: its name, what it rejected, and its messages.
+    /// An FMU rejects a call; the error states its name, the rejected call and its messages.
     ///
     /// # Panics
     /// The number of components differs from the number of members.
@@ -401,7 +401,8 @@ impl<C: Component> Run<C> {
     /// Makes one step.
     ///
     /// # Errors
-    /// An FMU rejects a call: its name, what it rejected, the time and its messages. The run is then over.
+    /// An FMU rejects a call; the error states its name, the rejected call, the time and its messages. The run is then
+    /// over.
     pub fn step(&mut self, plan: &Plan) -> Result<()> {
         let time = plan.time(self.steps);
         (self.time, self.stepped) = (time, 0);
@@ -428,7 +429,7 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Copies the values as those before the step.
+    /// Saves the values as those before the step.
     #[inline]
     fn keep(&mut self) {
         let count = self.values.len() / 2;
@@ -447,7 +448,7 @@ impl<C: Component> Run<C> {
         self.steps += 1;
     }
 
-    /// Records the row of the step.
+    /// Records the step's row.
     #[inline]
     fn record(&mut self) {
         for (value, place) in self.cells.iter_mut().zip(&self.recorded) {
@@ -455,7 +456,7 @@ impl<C: Component> Run<C> {
         }
     }
 
-    /// Completes the row of a step that was begun and then ended early, with the values from before it.
+    /// Completes the row of a step that ended early, with the values from before it.
     fn show_before(&mut self) {
         let count = self.values.len() / 2;
         for (value, place) in self.cells.iter_mut().zip(&self.recorded).filter(|(_, place)| **place >= count) {
@@ -463,15 +464,15 @@ impl<C: Component> Run<C> {
         }
     }
 
-    /// Completes the row of the end, in which connected inputs have the values that they would get in a further step.
+    /// Completes the last row, in which connected inputs have the values that they would receive in another step.
     fn show_end(&mut self, plan: &Plan) {
         for (value, column) in self.cells.iter_mut().zip(&plan.columns) {
             *value = self.values[place(plan, plan.source_of(column).unwrap_or(column.source))];
         }
     }
 
-    /// After an error of [`Run::step`]: if the first member has made the step, it counts, and its row has the last
-    /// known values of the others. Returns whether it counts.
+    /// Abandons a step after an error of [`Run::step`]. If the first member has made the step, it counts, and its row
+    /// has the last known values of the other members. Returns whether it counts.
     pub fn abandon_step(&mut self) -> bool {
         let counts = self.stepped > 0;
         if counts {
@@ -480,8 +481,9 @@ impl<C: Component> Run<C> {
         counts
     }
 
-    /// Replaces all members except the first, which continues. The new ones start at the time of the next step; `plan`
-    /// is theirs, with the old start and step, and observes the same variables of the first member.
+    /// Replaces all members except the first, which continues. The new ones start at the time of the next step. `plan`
+    /// is the plan with the new members; it has the old start and step, and observes the same variables of the first
+    /// member.
     ///
     /// # Errors
     /// A new FMU refuses, with its messages. Nothing is then replaced.
@@ -555,7 +557,7 @@ impl<C: Component> Run<C> {
     /// Ends the simulation.
     ///
     /// # Errors
-    /// An FMU refuses: its name and messages.
+    /// An FMU refuses; the error states its name and messages.
     pub fn terminate(&mut self, plan: &Plan) -> Result<()> {
         for (of, plan) in self.members.iter_mut().zip(&plan.members) {
             of.component.terminate().with_context(|| plan.name.clone())?;
@@ -595,11 +597,11 @@ impl<C: Component> Run<C> {
 }
 
 impl<C: Reset> Run<C> {
-    /// Restarts the run after resetting all components. The plan may set other values than before, but must observe and
-    /// connect the same.
+    /// Restarts the run after resetting all components. The plan may set different values, but must observe and connect
+    /// the same variables.
     ///
     /// # Errors
-    /// As [`Run::begin`], or an FMU cannot be reset. Only new components can then be used.
+    /// As [`Run::begin`], or an FMU cannot be reset. New components are then required.
     pub fn restart(&mut self, plan: &Plan, stop: Option<f64>) -> Result<()> {
         for (of, own) in self.members.iter_mut().zip(&plan.members) {
             of.component.reset().with_context(|| own.name.clone())?;
@@ -662,36 +664,36 @@ impl Written {
     }
 }
 
-/// The latest time of settings that belong to the step starting at `time`, in seconds.
+/// The time, in seconds, up to which settings belong to the step that starts at `time`.
 fn due(plan: &Plan, time: f64) -> f64 {
     time + ROUNDING * plan.step
 }
 
-/// The number of values of all members.
+/// The total number of values of all members.
 fn count(plan: &Plan) -> usize {
     first_value(plan, plan.members.len())
 }
 
-/// The position of a member's first value among those of the run.
+/// The position of a member's first value among the run's values.
 fn first_value(plan: &Plan, member: usize) -> usize {
     plan.members[..member].iter().map(|of| of.observed.references.len()).sum()
 }
 
-/// The position of a value among those of the run, given the member and the position in its `observed`.
+/// The position of a value among the run's values, given the member and the position in its `observed`.
 fn place(plan: &Plan, (member, place): (usize, usize)) -> usize {
     first_value(plan, member) + place
 }
 
-/// The position at which a member reads a value: the copy from before the step, unless it receives what earlier members
-/// produced in the same step.
+/// The position at which a member reads a value: in the copy from before the step, unless it receives the value that an
+/// earlier member produced in the same step.
 fn seen(plan: &Plan, member: usize, source: (usize, usize)) -> usize {
     let is_in_order = plan.exchange == Exchange::Sequential && !plan.members[source.0].has_events;
     let is_given_in_step = is_in_order && source.0 < member;
     place(plan, source) + if is_given_in_step { 0 } else { count(plan) }
 }
 
-/// The positions of the columns' values. With `of_times`, a row shows the values at its time instead of those of the
-/// first member's call.
+/// The positions of the columns' values. With `of_times`, a row shows the values at its time instead of the results of
+/// the first member's call.
 fn recorded(plan: &Plan, of_times: bool) -> Vec<usize> {
     let is_at_its_time = |column: &Column| column.is_unread && (of_times || column.source.0 > 0);
     let is_before = |column: &Column| column.is_before_step || is_at_its_time(column);
@@ -708,12 +710,12 @@ impl<C: Component> Running<C> {
         running
     }
 
-    /// Updates the time of the next event.
+    /// Updates the time of the next assignment.
     fn expect_next(&mut self, own: &MemberPlan) {
         self.next = own.events.get(self.events).map_or(f64::INFINITY, |(at, _)| *at);
     }
 
-    /// Applies all settings due by this time, in seconds. Most steps set nothing.
+    /// Applies all settings due by this time, in seconds. Not inlined: most steps set nothing.
     #[inline(never)]
     fn assign_due(&mut self, own: &MemberPlan, due: f64) -> Result<()> {
         while let Some((at, assignment)) = own.events.get(self.events)
@@ -734,7 +736,7 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Writes the connected inputs from the values of the run.
+    /// Writes the connected inputs from the run's values.
     #[inline(always)]
     fn write_inputs(&mut self, values: &[f64]) -> Result<()> {
         self.write_inputs_at(values, |source| source)
@@ -758,7 +760,7 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Reads everything that others need or that is recorded into the values of the run.
+    /// Reads all variables that other members read or that are recorded into the run's values.
     #[inline(always)]
     fn observe(&mut self, values: &mut [f64]) -> Result<()> {
         for group in &self.wiring.read {
@@ -767,7 +769,7 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Reads only the connected outputs, since in Initialization Mode the standard allows nothing else.
+    /// Reads only the connected outputs because the standard allows nothing else in Initialization Mode.
     fn observe_outputs(&mut self, plan: &MemberPlan, values: &mut [f64]) -> Result<()> {
         let mut outputs = vec![0.0; plan.outputs.references.len()];
         for (kind, range) in plan.outputs.groups() {
@@ -781,7 +783,7 @@ impl<C: Component> Running<C> {
     }
 }
 
-// The context of errors. Separate functions, so that successful steps do not load their code.
+// Error contexts. Separate functions, so that successful steps do not load their code.
 
 #[cold]
 #[inline(never)]

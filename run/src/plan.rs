@@ -1,5 +1,5 @@
-//! Resolves and checks the names in a system: the result contains, by position, all that [`run`](crate::master::run)
-//! needs in each step.
+//! Resolves and checks the names in a system. The result contains, by position, everything that
+//! [`run`](crate::master::run) needs in each step.
 
 use crate::bail_at;
 use crate::component::Type;
@@ -10,7 +10,8 @@ use modeldescription::{Causality, Description, Variability, Variable};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
-/// The fraction of a step by which a step may miss the end, or an event its communication point, because of rounding.
+/// The tolerance, as a fraction of a step, by which rounding may make a step miss the end, or an event its
+/// communication point.
 pub const ROUNDING: f64 = 1e-6;
 
 /// Times with more decimals are computed without scaling.
@@ -44,7 +45,7 @@ pub struct Plan {
     pub warnings: Vec<String>,
 }
 
-/// Start and step as integers, precomputed so that a time takes few instructions.
+/// Start and step as integers, precomputed so that computing a time takes few instructions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaled {
     /// The power of ten that makes them integers.
@@ -139,7 +140,7 @@ impl TypedBatch {
     }
 }
 
-/// A variable that is recorded.
+/// A recorded variable.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Column {
     /// `FMU.VARIABLE`
@@ -152,10 +153,10 @@ pub struct Column {
     pub is_input: bool,
     /// The member, and the position in its `observed`.
     pub source: (usize, usize),
-    /// Whether it is recorded before its FMU makes the step: the FMUs that read it see this value.
+    /// Whether it is recorded before its FMU makes the step: the FMUs that read it receive this value.
     pub is_before_step: bool,
-    /// Whether no FMU reads any output of its FMU. The row of a call then has the value that the call produces, the row
-    /// of a time the value at that time.
+    /// Whether no FMU reads any output of its FMU. A row that shows a call then has the value produced by the call, a
+    /// row that shows a time the value at that time.
     pub is_unread: bool,
 }
 
@@ -179,7 +180,7 @@ pub struct Reference<'a> {
 }
 
 impl Wire<'_> {
-    /// Whether it ends at this variable: two names with one value reference are one input.
+    /// Whether it ends at this variable. Two names with the same value reference are the same input.
     pub fn is_to(&self, reference: &Reference) -> bool {
         self.to.member == reference.member && self.to.key() == reference.key()
     }
@@ -199,7 +200,7 @@ impl Plan {
     /// Resolves the names of a system; `descriptions` are those of its members, in order.
     ///
     /// # Errors
-    /// A name, value, connection or time is wrong; the message names the remedy.
+    /// A name, value, connection or time is wrong; the message states the remedy.
     pub fn new(system: &System, descriptions: &[&Description]) -> Result<Plan> {
         let names = Names::new(system, descriptions)?;
         let wires = wires(&names, &system.connections)?;
@@ -252,21 +253,22 @@ impl Plan {
         }
     }
 
-    /// The time of a communication point in seconds, computed without accumulating errors. It is the nearest number to
-    /// the decimal one: 599.8 for 2999 steps of 0.2.
+    /// The time of a communication point in seconds, computed without accumulating errors. It is the double nearest to
+    /// the decimal value: 599.8 for 2999 steps of 0.2.
     #[inline]
     pub fn time(&self, step: usize) -> f64 {
         scaled_time(self.start, self.step, self.scale, step)
     }
 
-    /// The source of a column's value, if it is a connected input: the member, and the position in its `observed`.
+    /// The source of a column's value, if the column is a connected input: the member, and the position in its
+    /// `observed`.
     pub fn source_of(&self, column: &Column) -> Option<(usize, usize)> {
         let own = &self.members[column.source.0];
         let input = own.observed.variables().nth(column.source.1).filter(|_| column.is_input)?;
         own.connected.variables().zip(&own.sources).find(|(to, _)| *to == input).map(|(_, from)| *from)
     }
 
-    /// Sorts the settings by time, and returns the inputs set by the user.
+    /// Sorts the settings by time and returns the inputs set by the user.
     fn set<'a>(
         &mut self,
         names: &Names<'a>,
@@ -344,7 +346,7 @@ impl Plan {
         let all: Vec<&Wire> = wires.iter().filter(|wire| wire.from.member == reference.member).collect();
         let readers = if own.is_empty() { all } else { own };
         let is_set = matches!(causality, Causality::Input | Causality::Parameter);
-        // Its values are exchanged at the communication point, whoever reads them.
+        // Its values are exchanged at the communication point, regardless of which FMU reads them.
         let has_events = self.members[reference.member].has_events;
         let is_unread = !is_set && !has_events && readers.is_empty();
         Column {
@@ -359,7 +361,7 @@ impl Plan {
     }
 }
 
-/// The start, the communication step with the member that proposes it, and the number of steps.
+/// The start, the communication step and the member that proposes it, and the number of steps.
 fn times(
     system: &System,
     descriptions: &[&Description],
@@ -415,7 +417,7 @@ fn scaled_time(start: f64, step: f64, scale: Option<Scaled>, steps: usize) -> f6
     }
 }
 
-/// Scales both by the smallest power of ten that makes them integers.
+/// Scales both values by the smallest power of ten that makes them integers.
 fn scale(start: f64, step: f64) -> Option<Scaled> {
     let is_exact = |value: f64, scale: f64| (value * scale).round() / scale == value && (value * scale).abs() < 1e15;
     (0..=MOST_DECIMALS)
@@ -424,8 +426,7 @@ fn scale(start: f64, step: f64) -> Option<Scaled> {
         .map(|scale| Scaled { scale, start: (start * scale).round(), step: (step * scale).round() })
 }
 
-/// The settings that take effect, with their variables: a preliminary one yields to a connection and to another
-/// setting.
+/// The effective settings, with their variables: a preliminary one yields to a connection and to another setting.
 pub fn effective<'a, 's>(
     names: &Names<'a>,
     settings: &'s [Setting],
@@ -444,7 +445,7 @@ pub fn effective<'a, 's>(
     Ok(effective)
 }
 
-/// Adds to an error its location in a file.
+/// Adds the location in a file to an error.
 fn located<T>(place: Option<&FilePosition>, result: Result<T>) -> Result<T> {
     match place {
         Some(place) => result.map_err(|error| Subject::Outside.attach(error.context(place.to_string()))),
@@ -455,7 +456,7 @@ fn located<T>(place: Option<&FilePosition>, result: Result<T>) -> Result<T> {
 /// Resolves the ends of connections.
 ///
 /// # Errors
-/// An end does not exist, or does not match the other.
+/// An end does not exist or does not match the other.
 pub fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wire<'a>>> {
     let mut wires: Vec<Wire> = Vec::new();
     for connection in connections {
@@ -501,7 +502,7 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection, from: Reference<'a>, to:
     let (from_type, to_type) = (from.variable.type_name, to.variable.type_name);
     match (from.kind, to.kind) {
         (from, to) if from == to => {}
-        // An integer out of range is an error at run time; a PLC's REAL is rounded as in the PLC.
+        // An integer out of range is an error at run time; a REAL is rounded as in the PLC.
         (from, to) if from.whole().is_some() && to.whole().is_some() => {}
         (from, to) if from.is_floating() && to.is_floating() => {}
         // Every 32-bit integer fits a Real, and every 16-bit one a Float32.
@@ -553,10 +554,10 @@ fn recorded<'a>(
     Ok(recorded)
 }
 
-/// The assignment of a value to a variable, and a warning if the value lies outside the range that the FMU declares.
+/// The assignment of a value to a variable, and a warning if the value is outside the range declared by the FMU.
 ///
 /// # Errors
-/// The variable is connected or cannot be set, or the value has another type.
+/// The variable is connected or cannot be set, or the value has the wrong type.
 pub fn assignment(
     names: &Names,
     name: &str,
@@ -592,7 +593,7 @@ fn value_and_cell(kind: Type, given: Value) -> Result<(f64, f64)> {
     value(kind, given).map(|value| (value, kind.cell(value)))
 }
 
-/// A value converted to the variable's type; an error if it has more digits than a number holds.
+/// Converts a value to the variable's type; an error if it has more digits than a number can hold.
 pub fn value(kind: Type, value: Value) -> Result<f64> {
     match (kind, value) {
         (kind, Value::Whole(value)) => match kind.whole() {
@@ -632,10 +633,10 @@ pub struct Names<'a> {
 }
 
 impl<'a> Names<'a> {
-    /// The names of a system, whose members have these descriptions.
+    /// The names of a system whose members have these descriptions.
     ///
     /// # Errors
-    /// There is no member, or two have the same name.
+    /// There are no members, or two have the same name.
     pub fn new(system: &'a System, descriptions: &'a [&'a Description]) -> Result<Names<'a>> {
         let members: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         assert_eq!(members.len(), descriptions.len(), "each member has a description");
@@ -655,7 +656,7 @@ impl<'a> Names<'a> {
 
     /// Splits a name `FMU.VARIABLE` into the member and the variable's name.
     fn split<'n>(&self, name: &'n str) -> Result<(usize, &'n str)> {
-        // Both parts may contain dots: the longest matching FMU name wins.
+        // Both parts may contain dots; the longest matching FMU name wins.
         let rest = |member: usize| own_name(name, self.members[member]);
         let member = (0..self.members.len())
             .filter(|member| rest(*member).is_some())
@@ -729,7 +730,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// The end of a message about a wrong name: the most similar one, if any is similar enough.
+/// The end of a message about a wrong name: suggests the most similar name, if any is similar enough.
 pub fn suggestion<'a>(wrong: &str, names: impl Iterator<Item = &'a str>) -> String {
     near(wrong, names).map_or_else(String::new, |near| format!("; did you mean {near}?"))
 }

@@ -1,16 +1,16 @@
-//! What an error is about: whoever has the file of a loop or a study finds the line by the keys that the error carries.
+//! The subject of an error. Keys attached to an error allow a caller that has the loop or study file to find the line.
 
 use anyhow::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 
-/// What an error is about.
+/// The subject of an error.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub enum Subject {
     /// A part of the file: the keys and indices that lead to it.
     Part(Vec<Key>),
-    /// Something outside of the file, which the message names.
+    /// Something outside the file, named in the message.
     Outside,
 }
 
@@ -35,7 +35,7 @@ impl From<usize> for Key {
     }
 }
 
-/// An error that carries its subject; its text is that of the error.
+/// An error with its subject attached; displayed as the error alone.
 #[derive(Debug)]
 struct WithSubject {
     subject: Subject,
@@ -51,12 +51,12 @@ impl fmt::Display for WithSubject {
 impl std::error::Error for WithSubject {}
 
 impl Subject {
-    /// What an error is about, if it carries that.
+    /// The subject of an error, if attached.
     pub fn find(error: &Error) -> Option<&Subject> {
         error.downcast_ref::<WithSubject>().map(|of| &of.subject)
     }
 
-    /// The error with this subject.
+    /// Attaches this subject to an error.
     pub fn attach(self, error: Error) -> Error {
         WithSubject { subject: self, error }.into()
     }
@@ -64,7 +64,8 @@ impl Subject {
 
 /// Attaches subjects to errors.
 pub trait About {
-    /// Says that an error is about this part of the file, or about what it says already inside this part.
+    /// Attaches this part of the file to an error as its subject. If the error already has a subject, that is taken to
+    /// be inside this part.
     #[must_use]
     fn at(self, key: impl Into<Key>) -> Self;
 }

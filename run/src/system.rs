@@ -1,4 +1,4 @@
-//! The system to run: FMUs by name, settings, connections, recorded variables. Plain data with names as written by the
+//! The system to run: named FMUs, settings, connections, recorded variables. Plain data with names as written by the
 //! user; [`Plan`](crate::plan::Plan) checks them.
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -21,18 +21,18 @@ pub struct System {
     pub connections: Vec<Connection>,
     /// The variables to record; if empty, all outputs, and the inputs that are connected or set.
     pub record: Vec<Recorded>,
-    /// The start in seconds; by default the earliest one proposed by an FMU, else 0.
+    /// The start in seconds; by default, the earliest one proposed by an FMU, or else 0.
     pub start: Option<f64>,
-    /// The end in seconds; by default the latest one proposed by an FMU.
+    /// The end in seconds; by default, the latest one proposed by an FMU.
     pub stop: Option<f64>,
-    /// The communication step in seconds; by default the smallest one proposed by an FMU.
+    /// The communication step in seconds; by default, the smallest one proposed by an FMU.
     pub step: Option<f64>,
     /// The order in which values are exchanged.
     pub exchange: Exchange,
-    /// Whether FMUs with Event Mode are stepped like those without.
+    /// Whether FMUs with Event Mode are stepped like those without it.
     #[serde(default)]
     pub no_events: bool,
-    /// Remarks for the user on the files it was read from.
+    /// Remarks to the user about the files it was read from.
     pub remarks: Vec<String>,
     /// The files it was read from, except FMUs.
     #[serde(skip)]
@@ -69,14 +69,13 @@ pub struct Setting {
     pub value: Value,
     /// The time in seconds, rounded up to the next communication point; by default at the start, before initialization.
     pub time: Option<f64>,
-    /// Whether it comes from a parameter file, so that a connection to the variable or another setting of it takes
-    /// precedence.
+    /// Whether it is from a parameter file, so that a connection or another setting of the variable takes precedence.
     pub is_preliminary: bool,
     /// Its location, if it is in a file.
     pub place: Option<FilePosition>,
 }
 
-/// A variable that is recorded.
+/// A recorded variable.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Recorded {
     /// `FMU.VARIABLE`
@@ -85,13 +84,13 @@ pub struct Recorded {
     pub place: Option<FilePosition>,
 }
 
-/// A value as the user writes it.
+/// A value as written by the user.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(type = "boolean | number | \"NaN\" | \"inf\" | \"-inf\""))]
 pub enum Value {
     /// `true` or `false`
     Boolean(bool),
-    /// A whole number with more digits than a floating-point number holds.
+    /// A whole number with more digits than a floating-point number can hold.
     Whole(i128),
     /// Anything else.
     Number(f64),
@@ -111,7 +110,7 @@ pub struct Connection {
 /// A location in a file, displayed as `FILE:LINE:COLUMN`.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct FilePosition {
-    /// The file, as given by the user.
+    /// The file as specified by the user.
     pub file: String,
     /// The line, from 1.
     pub line: usize,
@@ -119,7 +118,7 @@ pub struct FilePosition {
     pub column: usize,
 }
 
-/// The name within a member of a variable `FMU.VARIABLE`, if it belongs to that member.
+/// The variable's name within the member, if `variable` (`FMU.VARIABLE`) belongs to that member.
 pub fn own_name<'a>(variable: &'a str, member: &str) -> Option<&'a str> {
     variable.strip_prefix(member)?.strip_prefix('.')
 }
@@ -130,16 +129,16 @@ impl fmt::Display for FilePosition {
     }
 }
 
-/// When values go from output to input.
+/// When values are passed from outputs to inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Exchange {
-    /// Before each FMU's step: it gets what the FMUs before it computed in this step, and what those after it computed in
-    /// the previous one (Gauss-Seidel).
+    /// Before each FMU's step: it receives the values that earlier FMUs computed in this step, and those that later
+    /// FMUs computed in the previous step (Gauss-Seidel).
     #[default]
     Sequential,
-    /// For all FMUs at once, before any of them steps (Jacobi).
+    /// For all FMUs at the same time, before any of them steps (Jacobi).
     Parallel,
 }
 
@@ -163,8 +162,7 @@ impl FromStr for Setting {
 }
 
 impl Setting {
-    /// The values of a PLC loop as settings of an FMU called `member`. A value without a location of its own gets
-    /// `place`.
+    /// The values of a PLC loop as settings of the FMU named `member`. A value without a location is assigned `place`.
     pub fn of_loop(one: &Loop, member: &str, place: Option<&FilePosition>) -> Vec<Setting> {
         let setting = |setting: &parameters::MemberValue| {
             let place = match &setting.origin {
@@ -208,7 +206,7 @@ impl Serialize for Value {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Value::Boolean(value) => serializer.serialize_bool(*value),
-            // JSON readers use doubles, which cannot hold this number.
+            // JSON readers use doubles, which cannot represent this number.
             Value::Whole(value) => serializer.collect_str(value),
             Value::Number(value) if value.is_finite() => serializer.serialize_f64(*value),
             Value::Number(value) => serializer.collect_str(value),

@@ -1,9 +1,9 @@
-//! The recording of a run with bounded size: the most recent calls exactly, earlier ones as an overview.
+//! A recording of a run with bounded size: the most recent calls exactly, earlier ones as an overview.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// The minimum number of calls kept exactly.
+/// The minimum number of most recent calls kept exactly.
 pub const EXACT: usize = 65_536;
 
 /// The number of calls packed together.
@@ -15,7 +15,7 @@ const BUCKETS: usize = 4096;
 /// The initial number of calls in a bucket.
 const FIRST_WIDTH: usize = 16;
 
-/// The values of several variables in every call.
+/// The values of several variables in each call.
 #[derive(Clone, Debug)]
 pub struct Trace {
     /// The number of variables.
@@ -38,7 +38,7 @@ struct Chunk {
     columns: Vec<Packed>,
 }
 
-/// The values of a variable, with all bits.
+/// The values of a variable, losslessly packed.
 #[derive(Clone, Debug)]
 enum Packed {
     /// The same value in each call.
@@ -48,7 +48,7 @@ enum Packed {
     Double(Box<[f64]>),
 }
 
-/// The lowest and highest values in buckets of calls, from call 0 on.
+/// The lowest and highest values in buckets of calls, starting at call 0.
 #[derive(Clone, Debug)]
 struct Overview {
     /// The number of calls it covers.
@@ -262,7 +262,7 @@ impl Trace {
         calls.map(move |call| self.get(column, call))
     }
 
-    /// The mean of a variable over the `length` calls up to and including each of these; fewer calls at the beginning
+    /// The mean of a variable over `length` calls up to and including each of these calls; over fewer at the beginning
     /// of the exactly kept range, NaN before it.
     pub fn means(&self, column: usize, calls: &[usize], length: usize) -> Vec<f64> {
         let Range { start, end } = self.exact();
@@ -278,7 +278,7 @@ impl Trace {
         calls.iter().map(mean).collect()
     }
 
-    /// Calls `give` with the index of each call in a range that is kept exactly, and the variable's value.
+    /// Calls `give` with the index of each call in an exactly kept range and the variable's value.
     fn each(&self, column: usize, calls: Range<usize>, mut give: impl FnMut(usize, f64)) {
         for chunk in &self.chunks {
             let all = chunk.first..chunk.first + chunk.calls;
@@ -292,7 +292,7 @@ impl Trace {
         }
     }
 
-    /// The lowest and highest value of a variable in each group, in order of time, as in [`Curves`].
+    /// The lowest and highest values of a variable in each group, in order of time, as in [`Curves`].
     fn extremes(&self, column: usize, calls: &Range<usize>, groups: &Groups) -> Vec<(f64, f64)> {
         let mut all = vec![Extremes::NONE; groups.count];
         let mut put = |call: usize, value: Extremes| all[groups.group(call)].extend(value);
@@ -318,7 +318,7 @@ impl Trace {
         all.into_iter().map(Extremes::in_time).collect()
     }
 
-    /// The curves of variables over a range of calls, with at most `points` points, but at least 2.
+    /// The curves of variables over a range of calls, with at most `points` points (at least 2).
     pub fn curves(&self, columns: &[usize], calls: Range<usize>, points: usize) -> Curves {
         let calls = calls.start.min(self.calls)..calls.end.min(self.calls);
         let count = calls.len();
@@ -327,7 +327,7 @@ impl Trace {
             return Curves { calls: calls.collect(), values, is_exact: true };
         }
         let groups = Groups { first: calls.start, calls: count, count: (points / 2).clamp(1, count.max(1)) };
-        // A bucket of the overview may be wider than a group: the groups after its first one are then empty.
+        // An overview bucket may be wider than a group. The groups after its first one are then empty.
         let is_there = |group: &usize| {
             let (first, end) = (groups.first_call(*group), groups.first_call(group + 1));
             *group == 0 || end > self.overview.calls || first.next_multiple_of(self.overview.bucket) < end
@@ -367,8 +367,8 @@ impl Groups {
     }
 }
 
-/// Curves with calls as points. If they are not exact, each pair of points is a group of calls: its first and last
-/// call, with the lowest and highest value of each variable in the group, in the order in which they occur.
+/// Curves with calls as points. If they are not exact, each pair of points represents a group of calls: its first and
+/// last call, with the lowest and highest values of each variable in the group in their order of occurrence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
     /// The call indices.

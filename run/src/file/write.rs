@@ -9,8 +9,8 @@ use std::fs;
 use std::path::Path;
 use toml_writer::TomlWrite;
 
-/// Writes a system as TOML, with paths unchanged. Values of parameter files become settings; of several settings of a
-/// variable at one time, the last counts.
+/// Writes a system as TOML, with paths unchanged. Values from parameter files become settings; if a variable has
+/// several settings at the same time, the last one counts.
 ///
 /// # Errors
 /// A path is not valid Unicode.
@@ -125,8 +125,8 @@ fn entry(text: &mut String, key: &str, value: impl FnOnce(&mut String) -> fmt::R
 }
 
 impl System {
-    /// The system with the paths of its FMUs and programs as a file in `folder` would name them: relative if they are
-    /// inside it.
+    /// The system with the paths of its FMUs and programs as written in a file in `folder`: relative if they are inside
+    /// it.
     pub fn as_in(&self, folder: &Path) -> System {
         let absolute = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let relative = |path: &Path| {

@@ -1,22 +1,22 @@
-//! Runs side by side.
+//! Steps several runs side by side.
 
 use super::{Run, due};
 use crate::component::{Abreast, Component, Wiring};
 use crate::plan::Plan;
 use anyhow::{Result, bail};
 
-/// Runs are stepped side by side only if at least this many steps remain before the next event.
+/// The minimum number of steps before the next event for which runs are stepped side by side.
 const FEWEST: usize = 16;
 
 impl<C: Component> Run<C> {
-    /// Makes steps of several runs of a plan side by side: those before the next event, unless they are few, as long as
-    /// all are ordinary. Afterwards each run is as after the same number of [`Run::step`] calls. Returns false if the
-    /// components do not support it, or the next step is not ordinary. The runs differ only in values. `record`
-    /// receives, step by step, each column of the plan with its value in each run.
+    /// Makes steps of several runs of a plan side by side: those before the next event, unless there are only a few,
+    /// while all are ordinary. Afterwards, each run is in the same state as after that number of [`Run::step`] calls.
+    /// Returns false if the components do not support it or the next step is not ordinary. The runs must differ only in
+    /// values. `record` receives, step by step, each column of the plan with its value in each run.
     ///
     /// # Errors
-    /// An input was refused in the middle of a step, after some members had made it: the runs cannot continue.
-    /// Repeating each alone shows which.
+    /// An input was refused in the middle of a step, after some members had completed it: the runs cannot continue.
+    /// Repeating each run alone shows which one failed.
     pub fn steps_abreast(runs: &mut [Run<C>], plan: &Plan, mut record: impl FnMut(usize, &[f64])) -> Result<bool> {
         let Some(first) = runs.first().filter(|_| !plan.members.iter().any(|of| of.has_events)) else {
             return Ok(false);

@@ -8,7 +8,7 @@ use anyhow::{Result, anyhow};
 /// The state of an FMU's own events.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Own {
-    /// The time of its next event in seconds, or infinity if it announced none.
+    /// The time of its next event in seconds; infinity if it has not announced one.
     next: f64,
     /// Whether it must be updated.
     is_needed: bool,
@@ -17,7 +17,7 @@ pub(super) struct Own {
 }
 
 impl Default for Own {
-    /// An FMU that has not announced anything may have an event immediately.
+    /// An FMU may have an event immediately, before it has announced one.
     fn default() -> Own {
         Own { next: f64::NEG_INFINITY, is_needed: false, waits: false }
     }
@@ -42,7 +42,7 @@ impl<C: Component> Run<C> {
         }
         while !waiting.is_empty() {
             self.settle(plan, time)?;
-            // An event waits for those of the FMUs that feed its own. In a cycle, the order of the FMUs decides.
+            // An event waits for the events of FMUs that feed this one. In a loop, the order of the FMUs decides.
             let feeds = |member: usize| {
                 let sources = plan.members[member].sources.iter().map(|source| source.0);
                 sources.filter(|from| *from != member && waiting.contains(from)).count()
@@ -66,8 +66,8 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Switches columns to the values from before the step where an FMU without Event Mode precedes one with its own
-    /// events: the latter is called with these values, at both the output and the input.
+    /// Switches columns to the values from before the step if an FMU without Event Mode precedes one with events: the
+    /// latter is called with these values. This applies to both the output and the input.
     fn record_what_is_called_with(&mut self, plan: &Plan) {
         let count = self.values.len() / 2;
         let has_calls = |member: usize| self.members[member].own.is_some_and(|events| events.next.is_finite());
@@ -82,7 +82,7 @@ impl<C: Component> Run<C> {
         }
     }
 
-    /// Updates the FMUs that are not waiting until none requests it and no output changes.
+    /// Updates the FMUs that are not waiting until none requests another update and no output changes.
     fn settle(&mut self, plan: &Plan, time: f64) -> Result<()> {
         let count = self.values.len() / 2;
         for _ in 0..MOST_UPDATES {
@@ -114,7 +114,7 @@ impl<C: Component> Run<C> {
 }
 
 impl<C: Component> Running<C> {
-    /// Whether any input would get a new value; `place` maps a source to its position.
+    /// Whether any input would receive a new value; `place` maps a source to its position.
     fn inputs_differ(&self, values: &[f64], place: impl Fn(usize) -> usize) -> bool {
         self.wiring.written.iter().any(|group| {
             let mut sources = group.seen.iter().zip(&group.sources);
@@ -134,7 +134,7 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Within a step: applies the inputs that earlier FMUs without Event Mode have changed in the meantime.
+    /// Applies, within a step, the inputs that earlier FMUs without Event Mode have changed in the meantime.
     pub(super) fn take_over(&mut self, values: &[f64]) -> Result<()> {
         if !self.inputs_differ(values, |source| source) {
             return Ok(());
