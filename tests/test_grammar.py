@@ -186,7 +186,7 @@ def test_the_return_code_says_what_is_wrong(plcfmu):
 
 def test_a_negative_number_is_a_value_and_no_option(plcfmu):
     done = plcfmu("run", FMUS[0], "--step", "-1", "--stop", "2")
-    assert "the communication step is -1.0 s: it has to be positive and finite" in done.stderr
+    assert "the communication step is -1.0 s: it must be positive and finite" in done.stderr
 
 
 def test_a_run_tells_the_figures_of_its_loop(plcfmu):
@@ -291,7 +291,7 @@ MISTAKEN = {
     "build notes.md": "notes.md is neither a program source (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a workspace package",
     "run notes.md": "notes.md is neither an FMU (.fmu), a loop (.toml), a parameter file (.awl, .db, .xml, ...) nor a program (.scl)",
     "preset CONT_C.fmu --out p.zip": "p.zip: a preset's file name ends in .fmu; for a folder, write p.zip/",
-    "run loop.toml": "loop.toml:2:5: no file NOTHING_LIKE_IT.fmu; FMUs are looked for beside this file, or in --fmus FOLDER",
+    "run loop.toml": "loop.toml:2:5: no file NOTHING_LIKE_IT.fmu; FMUs are searched for next to this file, or in --fmus FOLDER",
 }
 
 

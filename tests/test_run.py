@@ -198,7 +198,7 @@ def test_the_same_file_runs_twice_under_two_names(run):
 
 
 def test_two_fmus_of_one_name_are_refused(run):
-    assert refusal(run, "HEATER", "HEATER").startswith("two FMUs are named HEATER: give one another name, NAME=")
+    assert refusal(run, "HEATER", "HEATER").startswith("two FMUs are named HEATER: rename one, NAME=")
 
 
 def test_an_fmu_that_can_run_only_once_in_a_process_is_refused_twice(run, tmp_path):
@@ -225,7 +225,7 @@ def test_an_fmu_that_can_run_only_once_in_a_process_is_refused_twice(run, tmp_pa
         ({"set": {"GAIN": 2}}, "GAIN does not name its FMU: write CONT_C.GAIN"),
         ({"set": {"CONT_C.CYCLE": "2@5"}}, "CONT_C.CYCLE cannot be set at 5.0 s: it is a fixed parameter"),
         ({"record": "HEATER.X"}, "HEATER has no variable X"),
-        ({"step": 0}, "the communication step is 0.0 s: it has to be positive and finite"),
+        ({"step": 0}, "the communication step is 0.0 s: it must be positive and finite"),
         ({"plot": "result.gif"}, "result.gif is neither .png nor .svg, the formats of a plot"),
         ({"out": "no/such/folder/result.csv"}, "no/such/folder is not a folder"),
     ],
@@ -244,7 +244,7 @@ def test_an_error_of_an_fmu_names_it_with_the_time_and_its_own_message(run, tmp_
 def test_a_value_outside_its_range_is_set_with_a_warning(run):
     done = run("HEATER", set={"HEATER.POWER": 200}, stop=1)
     assert done.returncode == 0
-    assert "warning: HEATER.POWER = 200.0 is outside of the range that the FMU declares, 0.0 to 100.0" in done.stderr
+    assert "warning: HEATER.POWER = 200.0 is outside the range declared by the FMU, 0.0 to 100.0" in done.stderr
 
 
 def test_the_recording_goes_to_a_file_and_the_summary_to_standard_output(run, tmp_path):
@@ -346,4 +346,4 @@ def test_a_discarded_step_is_an_error_with_the_fmus_message(run, integrator):
 
 
 def test_an_fmu_that_proposes_no_times_asks_for_them(run, integrator):
-    assert refusal(run, integrator) == "no FMU proposes a communication step: give one, such as step = 0.1"
+    assert refusal(run, integrator) == "no FMU proposes a communication step: specify one, such as step = 0.1"

@@ -219,7 +219,7 @@ def test_a_finished_study_is_not_made_again(tolerance, expected, tmp_path, betwe
     assert run(tolerance, out, client, resume=True).count == RUNS
     assert between.ranges() == [] and contents(out) == expected
     (out / "runs.csv").write_bytes(expected["runs.csv"] + b"\n")
-    with pytest.raises(plcfmu.StudyError, match="the table of the runs has changed since; name another folder"):
+    with pytest.raises(plcfmu.StudyError, match="the run table has changed since; name another folder"):
         run(tolerance, out, client, resume=True)
 
 

@@ -160,8 +160,8 @@ pub fn ensure_runs(description: &Description) -> Result<()> {
         let names: Vec<_> = clocks().take(MOST_CLOCKS).map(|clock| shortened(&clock.name)).collect();
         let more = if clocks().count() > MOST_CLOCKS { ", ..." } else { "" };
         bail!(
-            "the FMU has Clocks ({}{more}), which this program does not support: export it without Clocks, or run it in a tool \
-             that supports them",
+            "the FMU has Clocks ({}{more}), which this program does not support: export it without Clocks, or run it in \
+             a tool that supports them",
             names.join(", ")
         );
     }

@@ -105,7 +105,7 @@ pub fn read(table: &Table) -> Result<(Roles, Vec<Group>)> {
     for line in lines.iter().map(|line| line.trim()).filter(|line| !line.is_empty()) {
         let mut read = || match line.strip_prefix('[') {
             Some(title) => {
-                let title = title.strip_suffix(']').context("a title ends with ]")?.trim();
+                let title = title.strip_suffix(']').context("a title must end with ]")?.trim();
                 if title.is_empty() {
                     bail!("the title is empty");
                 }
@@ -135,13 +135,13 @@ fn fence(docs: &str) -> Result<Option<Vec<&str>>> {
     }
     let mut lines = Vec::new();
     loop {
-        match after.next().context("a dialog ends with the line ```")? {
+        match after.next().context("a dialog must end with the line ```")? {
             line if line.trim() == "```" => break,
             line => lines.push(line),
         }
     }
     if after.any(|line| begin(&line)) {
-        bail!("there are two dialogs: write one");
+        bail!("there are two dialogs: remove one");
     }
     Ok(Some(lines))
 }
@@ -183,7 +183,7 @@ fn fields(table: &Table, line: &str) -> Result<Vec<Field>> {
     };
     let field = |name: String| match table.find(&name).map(|row| table.rows[row].role) {
         Some(role) if !role.is_settable() => {
-            bail!("{name} is {}: only inputs and parameters are in groups", role.name())
+            bail!("{name} is {}: only inputs and parameters can be in groups", role.name())
         }
         _ => Ok(Field { name, used_if: used_if.clone() }),
     };
@@ -200,7 +200,7 @@ fn condition(table: &Table, text: &str) -> Result<Vec<Vec<(String, bool)>>> {
         };
         let name = known(table, name)?;
         if table.find(&name).is_some_and(|row| !table.rows[row].role.is_settable()) {
-            bail!("{name} is neither an input nor a parameter: a condition names settings");
+            bail!("{name} is neither an input nor a parameter: a condition can only use settings");
         }
         Ok((name, wanted))
     };
@@ -214,8 +214,8 @@ fn check(table: &Table, groups: &[Group]) -> Result<()> {
     for row in table.rows.iter().filter(|row| row.role.is_settable()) {
         match all.iter().filter(|name| **name == row.name).count() {
             1 => {}
-            0 => bail!("{}: {} is in no group of its dialog: add it to one", table.name, row.name),
-            _ => bail!("{}: {} is in its dialog more than once: leave it in one group", table.name, row.name),
+            0 => bail!("{}: {} is not in any group of its dialog: add it to one", table.name, row.name),
+            _ => bail!("{}: {} appears in its dialog more than once: keep it in one group", table.name, row.name),
         }
     }
     Ok(())
@@ -293,7 +293,7 @@ impl Roles {
         };
         if names.len() > most {
             let most = if most == 1 { "one name".into() } else { format!("{most} names") };
-            bail!("{role} has {most} at most");
+            bail!("{role} has at most {most}");
         }
         let first = names[0].clone();
         match role {
@@ -314,7 +314,9 @@ impl Roles {
                 self.manual_pulses = Some((on.clone(), [up.clone(), down.clone()]));
             }
             "limits" => {
-                let [high, low] = names.as_slice() else { bail!("limits has two names: the high and the low one") };
+                let [high, low] = names.as_slice() else {
+                    bail!("limits has two names: the high limit and the low limit")
+                };
                 self.limits = Some((high.clone(), low.clone()));
             }
             "dead band" => self.dead_band = Some(first),

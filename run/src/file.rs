@@ -357,8 +357,8 @@ impl<'a> Reader<'a> {
             let wanted = path.file_name().unwrap_or_default().to_string_lossy();
             let hint = near(&wanted, names.iter().map(String::as_str)).map_or_else(
                 || match self.fmus == Some(self.folder) {
-                    true => "FMUs are looked for beside this file, or in --fmus FOLDER".into(),
-                    false => "name their folder with --fmus, or correct the path".into(),
+                    true => "FMUs are searched for next to this file, or in --fmus FOLDER".into(),
+                    false => "specify their folder with --fmus, or correct the path".into(),
                 },
                 |near| format!("did you mean {near}?"),
             );
@@ -378,7 +378,7 @@ impl<'a> Reader<'a> {
             self.known(name, &names)?;
         } else if names.len() != 1 {
             let (file, count, names) = (of.file.get_ref(), names.len(), names.join(", "));
-            bail!("{here}: {file} has {count} loops: write loop = \"NAME\", one of {names}");
+            bail!("{here}: {file} has {count} loops: write loop = \"NAME\", where NAME is one of {names}");
         }
         let name = of.name.as_ref().map(Spanned::get_ref);
         for found in reading.loops.iter().filter(|of| name.is_none_or(|name| of.name == *name)) {

@@ -59,7 +59,9 @@ impl Recording {
         });
         if !has_room {
             let steps = plan.steps;
-            bail!("{steps} steps of {width} variables do not fit into the memory: record fewer, or make longer steps");
+            bail!(
+                "{steps} steps of {width} variables do not fit into memory: record fewer variables, or use longer steps"
+            );
         }
         Ok(Recording { columns: plan.columns.clone(), times, values, ended: None })
     }

@@ -382,20 +382,20 @@ fn times(
     let proposed = steps.enumerate().filter_map(|(member, step)| Some((step?, Some(member))));
     let proposed = proposed.min_by(|(a, _), (b, _)| a.total_cmp(b));
     let step = system.step.map(|step| (step, None)).or(proposed);
-    let (step, proposed_by) = step.context("no FMU proposes a communication step: give one, such as step = 0.1")?;
+    let (step, proposed_by) = step.context("no FMU proposes a communication step: specify one, such as step = 0.1")?;
     let stop = system.stop.or_else(|| experiments().filter_map(|of| of.stop_time).reduce(f64::max));
-    let stop = stop.context("no FMU proposes a stop time: give one, such as stop = 60")?;
+    let stop = stop.context("no FMU proposes a stop time: specify one, such as stop = 60")?;
     if !(step > 0.0 && step.is_finite()) {
-        bail_at!("step", "the communication step is {step:?} s: it has to be positive and finite");
+        bail_at!("step", "the communication step is {step:?} s: it must be positive and finite");
     }
     if !start.is_finite() || !stop.is_finite() {
-        bail!("start {start:?} s, stop {stop:?} s: both have to be finite");
+        bail!("start {start:?} s, stop {stop:?} s: both must be finite");
     }
     let steps = ((stop - start) / step + ROUNDING).floor();
     if steps < 1.0 {
         bail_at!(
             if system.stop.is_some() { "stop" } else { "start" },
-            "from {start:?} s to {stop:?} s there is no whole communication step of {step:?} s"
+            "the run from {start:?} s to {stop:?} s is shorter than one communication step of {step:?} s"
         );
     }
     if steps > 1e12 || start + step == start || stop - step == stop {
@@ -570,7 +570,7 @@ pub fn assignment(
         bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
     }
     if variable.is_structural {
-        bail!("{name} cannot be set: the sizes of arrays depend on it, and they are those of its start value");
+        bail!("{name} cannot be set: array sizes depend on it and are fixed by its start value");
     }
     if !variable.is_settable() {
         let what = variable.causality;
@@ -579,7 +579,7 @@ pub fn assignment(
     let (value, cell) = value_and_cell(reference.kind, given).with_context(|| format!("{name} cannot be set"))?;
     let warning = variable
         .is_outside(value)
-        .then(|| format!("{name} = {value:?} is outside of the range that the FMU declares, {}", variable.range()));
+        .then(|| format!("{name} = {value:?} is outside the range declared by the FMU, {}", variable.range()));
     Ok((Assignment { kind: reference.kind, reference: variable.value_reference, value: cell }, warning))
 }
 
@@ -598,27 +598,31 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
     match (kind, value) {
         (kind, Value::Whole(value)) => match kind.whole() {
             None if value as f64 as i128 == value => self::value(kind, Value::Number(value as f64)),
-            None => bail!("it is {}, which does not hold {value}; the nearest number is {}", kind.name(), value as f64),
-            Some((low, high)) if (low..=high).contains(&value) => {
-                bail!("it is {}, {value} has more digits than a number holds here", kind.name())
+            None => {
+                bail!("it is {}, which cannot represent {value}; the nearest number is {}", kind.name(), value as f64)
             }
-            Some((low, high)) => bail!("it is {}, {value} is not a whole number from {low} to {high}", kind.name()),
+            Some((low, high)) if (low..=high).contains(&value) => {
+                bail!("it is {}, and {value} has more digits than a number can hold here", kind.name())
+            }
+            Some((low, high)) => bail!("it is {}, and {value} is not a whole number from {low} to {high}", kind.name()),
         },
         (Type::Boolean, Value::Boolean(value)) => Ok(f64::from(u8::from(value))),
         (Type::Boolean, Value::Number(value)) if value == 0.0 || value == 1.0 => Ok(value),
-        (Type::Boolean, Value::Number(value)) => bail!("it is Boolean, {value:?} is neither true (1) nor false (0)"),
-        (_, Value::Boolean(value)) => bail!("it is {}, {value} is not a number", kind.name()),
+        (Type::Boolean, Value::Number(value)) => {
+            bail!("it is Boolean, and {value:?} is neither true (1) nor false (0)")
+        }
+        (_, Value::Boolean(value)) => bail!("it is {}, and {value} is not a number", kind.name()),
         (Type::Real, Value::Number(value)) => Ok(value),
         (Type::Float32, Value::Number(value)) if !value.is_finite() || value.abs() <= f64::from(f32::MAX) => Ok(value),
-        (Type::Float32, Value::Number(value)) => bail!("it is a Float32, whose range {value:?} exceeds"),
+        (Type::Float32, Value::Number(value)) => bail!("it is Float32, and {value:?} exceeds its range"),
         (Type::Integer, Value::Number(value)) if f64::from(value as i32) == value => Ok(value),
-        (Type::Integer, Value::Number(value)) => bail!("it is Integer, {value:?} is not a 32-bit integer"),
+        (Type::Integer, Value::Number(value)) => bail!("it is Integer, and {value:?} is not a 32-bit integer"),
         (kind, Value::Number(value)) => {
             let whole = (value == value.trunc() && value.abs() <= EXACT as f64).then_some(value as i128);
             let (low, high) = kind.whole().unwrap_or_default();
             if whole.and_then(|whole| kind.whole_cell(whole)).is_none() {
                 let (low, high) = (low.max(-EXACT), high.min(EXACT));
-                bail!("it is {}, {value:?} is not a whole number from {low} to {high}", kind.name());
+                bail!("it is {}, and {value:?} is not a whole number from {low} to {high}", kind.name());
             }
             Ok(value)
         }
@@ -645,10 +649,7 @@ impl<'a> Names<'a> {
         }
         for (number, name) in members.iter().enumerate() {
             if members[..number].contains(name) {
-                bail!(
-                    "two FMUs are named {name}: give one another name, NAME={}",
-                    system.members[number].path.display()
-                );
+                bail!("two FMUs are named {name}: rename one, NAME={}", system.members[number].path.display());
             }
         }
         Ok(Names { members, descriptions })
@@ -668,7 +669,7 @@ impl<'a> Names<'a> {
                 bail!("{name} does not name its FMU: write {member}.{name}");
             }
             let hint = suggestion(first, self.members.iter().copied());
-            bail!("{name} names no FMU of this run, write FMU.VARIABLE; there is {known}{hint}");
+            bail!("{name} does not name an FMU of this run: write FMU.VARIABLE, where FMU is one of {known}{hint}");
         };
         Ok((member, rest(member).unwrap_or_default()))
     }

@@ -270,7 +270,7 @@ pub(crate) const EXACT: i128 = 1 << 53;
 fn number(text: &str) -> Result<f64> {
     match text.trim().parse::<f64>() {
         Ok(number) if text.trim().parse::<i128>().is_ok_and(|whole| number as i128 != whole) => {
-            bail!("{text:?} has more digits than a setting holds; the nearest one is {number}")
+            bail!("{text:?} has more digits than a setting can hold; the nearest value is {number}")
         }
         Ok(number) if number.is_finite() => Ok(number),
         _ => bail!("{text:?} is not a finite number (the decimal sign is a point)"),
@@ -288,7 +288,7 @@ mod tests {
     #[test]
     fn a_number_that_no_type_holds_exactly_is_refused() {
         for text in ["S.SP=18446744073709551617", "S.SP=1@9007199254740993"] {
-            assert!(error::<Setting>(text).contains("has more digits than a setting holds"), "{text}");
+            assert!(error::<Setting>(text).contains("has more digits than a setting can hold"), "{text}");
         }
         assert_eq!("18446744073709551615".parse::<Value>().unwrap(), Value::Whole(u64::MAX.into()));
     }

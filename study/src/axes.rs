@@ -257,7 +257,7 @@ impl Axes {
             if let Some((target, value)) = outside {
                 let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
                 warnings.push(format!(
-                    "{}: values such as {} = {} are outside the range that the FMU declares, {} to {}",
+                    "{}: values such as {} = {} are outside the range declared by the FMU, {} to {}",
                     study.axes[number].label(number),
                     target.name,
                     short(value),

@@ -325,7 +325,7 @@ class _Parts:
         if any(self.folder.glob("*.part")):
             return False
         raise StudyError(
-            f"{results} has the results of another study: the study, an FMU, plcfmu or the run table has changed since; "
+            f"{results} contains the results of another study: the study, an FMU, plcfmu or the run table has changed since; "
             "name another folder, or start over without resume=True"
         )
 

@@ -493,7 +493,7 @@ mod tests {
         };
         assert_eq!(
             refusal("[Process value]\nFLOW\nCYCLE"),
-            "the dialog of the block: PUMP: DI_A.GAIN is in no group of its dialog: add it to one"
+            "the dialog of the block: PUMP: DI_A.GAIN is not in any group of its dialog: add it to one"
         );
         assert_eq!(
             refusal("setpoint: FLOWS"),

@@ -76,11 +76,11 @@ fn what_cannot_be_read_is_named_with_its_line() {
     let cases = [
         ("setpoint: SPP", r#""setpoint: SPP" of its dialog: no variable "SPP"; did you mean SP?"#),
         ("set point: SP", r#""set point: SP" of its dialog: "set point" is not a role: setpoint, process value"#),
-        ("setpoint: SP, MAN", "setpoint has one name at most"),
+        ("setpoint: SP, MAN", "setpoint has at most one name"),
         ("manual: MAN", "manual has two names: the switch and the value"),
         ("SP, PV_IN", "write ROLE: NAMES, or [Title] to begin a group"),
         ("signal : SP", "is not a role"),
-        ("[A", "a title ends with ]"),
+        ("[A", "a title must end with ]"),
         ("[ ]", "the title is empty"),
     ];
     for (line, expected) in cases {
@@ -92,7 +92,7 @@ fn what_cannot_be_read_is_named_with_its_line() {
         ("GAIN if P_SEL and", "write NAME or not NAME"),
         ("GAIN if P_SEL I_SEL", "write NAME or not NAME"),
         ("GAIN if OUT", "OUT is neither an input nor a parameter"),
-        ("OUT", "OUT is output: only inputs and parameters are in groups"),
+        ("OUT", "OUT is output: only inputs and parameters can be in groups"),
     ];
     for (line, expected) in cases {
         let error = error(&format!("{all}\n{line}"));
@@ -102,10 +102,10 @@ fn what_cannot_be_read_is_named_with_its_line() {
 
 #[test]
 fn each_setting_is_in_one_group() {
-    assert_eq!(error(&format!("[A]\n{REST}")), "PID: I_SEL is in no group of its dialog: add it to one");
+    assert_eq!(error(&format!("[A]\n{REST}")), "PID: I_SEL is not in any group of its dialog: add it to one");
     assert_eq!(
         error(&format!("[A]\n{REST}, I_SEL\n[B]\nSP")),
-        "PID: SP is in its dialog more than once: leave it in one group"
+        "PID: SP appears in its dialog more than once: keep it in one group"
     );
 }
 
@@ -113,7 +113,7 @@ fn each_setting_is_in_one_group() {
 fn a_dialog_ends_and_there_is_one() {
     let mut table = table("");
     table.docs = "```dialog\n[A]\n".into();
-    assert_eq!(read(&table).unwrap_err().to_string(), "a dialog ends with the line ```");
+    assert_eq!(read(&table).unwrap_err().to_string(), "a dialog must end with the line ```");
     table.docs = "```dialog\n```\n```dialog\n```\n".into();
-    assert_eq!(read(&table).unwrap_err().to_string(), "there are two dialogs: write one");
+    assert_eq!(read(&table).unwrap_err().to_string(), "there are two dialogs: remove one");
 }

@@ -154,9 +154,9 @@ fn fmus_may_be_in_another_folder() {
     let system = read(&path, Some(fmus.path()), parameters).unwrap();
     assert_eq!(system.members[0].path, fmus.path().join("PID.fmu"));
     let sentence = format!("{:#}", read(&path, None, parameters).unwrap_err());
-    assert!(sentence.ends_with("; FMUs are looked for beside this file, or in --fmus FOLDER"), "{sentence}");
+    assert!(sentence.ends_with("; FMUs are searched for next to this file, or in --fmus FOLDER"), "{sentence}");
     let sentence = format!("{:#}", read(&path, Some(&folder.path().join("none")), parameters).unwrap_err());
-    assert!(sentence.ends_with("; name their folder with --fmus, or correct the path"), "{sentence}");
+    assert!(sentence.ends_with("; specify their folder with --fmus, or correct the path"), "{sentence}");
 }
 
 /// Returns the system without positions in a file.

@@ -45,7 +45,7 @@ impl<C: Component> Run<C> {
             let (now, before) = values.split_at_mut(places);
             before.copy_from_slice(now);
             if !members.iter_mut().all(|of| of.cycle(&mut values, time, plan.step)) {
-                bail!("an input was refused while runs went side by side");
+                bail!("an input was refused while stepping runs side by side");
             }
             for (column, place) in recorded.iter().enumerate() {
                 record(column, &values[place * count..][..count]);

@@ -107,7 +107,7 @@ impl<C: Component> Run<C> {
             }
         }
         let error = anyhow!(
-            "the events do not end: after {MOST_UPDATES} updates outputs still change; step the loop without Event Mode"
+            "the events do not end: after {MOST_UPDATES} updates, outputs still change; step the loop without Event Mode"
         );
         Err(at_time(error, &plan.members[self.at], time))
     }

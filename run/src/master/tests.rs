@@ -279,7 +279,9 @@ fn an_error_says_which_fmu_fails() {
 fn a_recording_that_does_not_fit_into_the_memory_is_refused() {
     let plan = Plan { steps: usize::MAX / 16, ..ring(Exchange::Sequential) };
     let error = run_it(&plan, f64::NAN).0.unwrap_err().to_string();
-    assert!(error.ends_with("steps of 4 variables do not fit into the memory: record fewer, or make longer steps"));
+    assert!(
+        error.ends_with("steps of 4 variables do not fit into memory: record fewer variables, or use longer steps")
+    );
 }
 
 #[test]

@@ -154,8 +154,8 @@ fn values_outside_the_declared_range_are_set_with_a_warning() {
     assert_eq!(
         plan.warnings,
         [
-            "P.POWER = 120.0 is outside of the range that the FMU declares, 0.0 to 100.0",
-            "C.CYCLE = 0.0 is outside of the range that the FMU declares, 0.001 to ..."
+            "P.POWER = 120.0 is outside the range declared by the FMU, 0.0 to 100.0",
+            "C.CYCLE = 0.0 is outside the range declared by the FMU, 0.001 to ..."
         ]
     );
     assert_eq!(plan.members[1].inputs[0].value, 120.0);
@@ -192,10 +192,10 @@ fn a_time_is_the_number_that_is_the_nearest_to_the_decimal_one() {
 #[test]
 fn a_value_that_its_type_cannot_have_is_refused() {
     for (setting, expected) in [
-        ("C.ON=2", "C.ON cannot be set: it is Boolean, 2.0 is neither true (1) nor false (0)"),
-        ("C.SP=true", "C.SP cannot be set: it is Real, true is not a number"),
-        ("C.PV_PER=1.5", "C.PV_PER cannot be set: it is Integer, 1.5 is not a 32-bit integer"),
-        ("C.PV_PER=3e9", "C.PV_PER cannot be set: it is Integer, 3000000000.0 is not a 32-bit integer"),
+        ("C.ON=2", "C.ON cannot be set: it is Boolean, and 2.0 is neither true (1) nor false (0)"),
+        ("C.SP=true", "C.SP cannot be set: it is Real, and true is not a number"),
+        ("C.PV_PER=1.5", "C.PV_PER cannot be set: it is Integer, and 1.5 is not a 32-bit integer"),
+        ("C.PV_PER=3e9", "C.PV_PER cannot be set: it is Integer, and 3000000000.0 is not a 32-bit integer"),
         ("P.NAME=1", "P.NAME is a String, which cannot be set or recorded"),
     ] {
         assert_eq!(error(&system(&[], &[setting])), expected);
@@ -267,8 +267,11 @@ fn a_wrong_name_says_what_is_near() {
         ("C.state.sum", "C has no variable state.sum; did you mean C.STATE.SUM?"),
         ("C.XYZXYZ", "C has no variable XYZXYZ; plcfmu info lists them"),
         ("SP", "SP does not name its FMU: write C.SP"),
-        ("c.LMN", "c.LMN names no FMU of this run, write FMU.VARIABLE; there is C, P; did you mean C?"),
-        ("FURNACE.TEMP", "FURNACE.TEMP names no FMU of this run, write FMU.VARIABLE; there is C, P"),
+        (
+            "c.LMN",
+            "c.LMN does not name an FMU of this run: write FMU.VARIABLE, where FMU is one of C, P; did you mean C?",
+        ),
+        ("FURNACE.TEMP", "FURNACE.TEMP does not name an FMU of this run: write FMU.VARIABLE, where FMU is one of C, P"),
     ] {
         let system = System { record: vec![name.into()], ..system(&[], &[]) };
         assert_eq!(error(&system), expected);
@@ -289,7 +292,7 @@ fn the_longest_name_of_an_fmu_decides() {
 fn two_fmus_of_one_name_are_refused() {
     let mut system = system(&[], &[]);
     system.members[1].name = "C".into();
-    assert_eq!(error(&system), "two FMUs are named C: give one another name, NAME=P.fmu");
+    assert_eq!(error(&system), "two FMUs are named C: rename one, NAME=P.fmu");
 }
 
 #[test]
@@ -313,9 +316,9 @@ fn times_that_make_no_run_are_refused() {
         (0.0, 10.0, 0.0, "the communication step is 0.0 s"),
         (0.0, 10.0, -1.0, "the communication step is -1.0 s"),
         (0.0, 10.0, f64::NAN, "the communication step is NaN s"),
-        (0.0, f64::INFINITY, 1.0, "both have to be finite"),
-        (0.0, 0.5, 1.0, "there is no whole communication step of 1.0 s"),
-        (5.0, 0.0, 1.0, "there is no whole communication step of 1.0 s"),
+        (0.0, f64::INFINITY, 1.0, "both must be finite"),
+        (0.0, 0.5, 1.0, "is shorter than one communication step of 1.0 s"),
+        (5.0, 0.0, 1.0, "is shorter than one communication step of 1.0 s"),
         (1e9, 2e9, 1e-9, "is too small for a run"),
     ] {
         (system.start, system.stop, system.step) = (Some(start), Some(stop), Some(step));
@@ -328,9 +331,9 @@ fn an_fmu_that_proposes_no_times_asks_for_them() {
     let silent = description(Vec::new(), None);
     let mut system = System { members: vec![Member { name: "C".into(), path: "C.fmu".into() }], ..System::default() };
     let error = |system: &System| format!("{:#}", Plan::new(system, &[&silent]).unwrap_err());
-    assert_eq!(error(&system), "no FMU proposes a communication step: give one, such as step = 0.1");
+    assert_eq!(error(&system), "no FMU proposes a communication step: specify one, such as step = 0.1");
     system.step = Some(1.0);
-    assert_eq!(error(&system), "no FMU proposes a stop time: give one, such as stop = 60");
+    assert_eq!(error(&system), "no FMU proposes a stop time: specify one, such as stop = 60");
     system.stop = Some(1.0);
     assert_eq!(Plan::new(&system, &[&silent]).unwrap().start, 0.0);
 }

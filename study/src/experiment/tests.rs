@@ -295,14 +295,17 @@ fn a_variable_that_cannot_be_varied_says_why() {
             "axis 1 (C.SP): C.SP cannot be set at 99.0 s: the first step begins at 0.0 s, the last at 59.5 s",
         ),
         (at("C.SP", f64::NAN), "axis 1 (C.SP): time = NaN: give a time in seconds"),
-        (axis("C.BITS", values(&[1.5])), "axis 1 (C.BITS): C.BITS = 1.5: it is Integer, 1.5 is not a 32-bit integer"),
+        (
+            axis("C.BITS", values(&[1.5])),
+            "axis 1 (C.BITS): C.BITS = 1.5: it is Integer, and 1.5 is not a 32-bit integer",
+        ),
         (
             axis("C.MAN_ON", values(&[2.0])),
-            "axis 1 (C.MAN_ON): C.MAN_ON = 2.0: it is Boolean, 2.0 is neither true (1) nor false (0)",
+            "axis 1 (C.MAN_ON): C.MAN_ON = 2.0: it is Boolean, and 2.0 is neither true (1) nor false (0)",
         ),
         (
             axis("C.GAIN", Along::Values(vec![Value::Boolean(true)])),
-            "axis 1 (C.GAIN): C.GAIN: it is Real, true is not a number",
+            "axis 1 (C.GAIN): C.GAIN: it is Real, and true is not a number",
         ),
         (
             distributed("C.BITS"),
@@ -310,7 +313,7 @@ fn a_variable_that_cannot_be_varied_says_why() {
         ),
         (
             range("C.BITS", 3.0),
-            "axis 1 (C.BITS): range: write the values as a list, values = [...]: C.BITS = 1.5: it is Integer, 1.5 is not a \
+            "axis 1 (C.BITS): range: write the values as a list, values = [...]: C.BITS = 1.5: it is Integer, and 1.5 is not a \
              32-bit integer",
         ),
         (
@@ -390,13 +393,12 @@ fn values_outside_of_the_declared_range_are_a_warning_for_each_axis() {
         Axis { time: Some(5.0), ..axis("C.SP", values(&[150.0, 50.0, 160.0])) },
         axis("C.CYCLE", values(&[0.5])),
     ]);
-    let warning =
-        "axis 1 (C.SP): values such as C.SP = 160 are outside the range that the FMU declares, -100.0 to 100.0";
+    let warning = "axis 1 (C.SP): values such as C.SP = 160 are outside the range declared by the FMU, -100.0 to 100.0";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     // Settings that the axis replaces are ignored; other settings of the loop are not.
     job.system.settings.push("C.SP=-500@30".parse().unwrap());
     job.study.axes.remove(0);
-    let warning = "C.SP = -500.0 is outside of the range that the FMU declares, -100.0 to 100.0";
+    let warning = "C.SP = -500.0 is outside the range declared by the FMU, -100.0 to 100.0";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.axes.push(Axis { time: Some(30.0), ..axis("C.SP", values(&[0.0])) });
     assert_eq!(resolved(&job).unwrap().warnings, [""; 0]);

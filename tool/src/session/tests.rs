@@ -270,7 +270,7 @@ fn what_cannot_be_sent_is_refused_before_anything_is_changed() {
         ("C.TI", -1.0, "a TIME accepts 0 ... 2147483.647 s"),
         ("C.MAN_ON", 0.5, "neither true (1) nor false (0)"),
         ("C.GAN", 1.0, "did you mean C.GAIN?"),
-        ("<b>x</b>", 1.0, "names no FMU of this run"),
+        ("<b>x</b>", 1.0, "does not name an FMU of this run"),
     ];
     for (name, value, expected) in cases {
         let error = error(session.send(&values(&[("C.SP", -7.0), (name, value)])));
@@ -281,7 +281,7 @@ fn what_cannot_be_sent_is_refused_before_anything_is_changed() {
     }
     assert!(session.record(None).unwrap().events().events.is_empty());
     let warned = session.send(&values(&[("C.SP", 101.0)])).unwrap();
-    assert_eq!(warned.remarks, ["C.SP = 101.0 is outside of the range that the FMU declares, -100.0 to 100.0"]);
+    assert_eq!(warned.remarks, ["C.SP = 101.0 is outside the range declared by the FMU, -100.0 to 100.0"]);
     assert!(session.run(1).unwrap().remarks.is_empty(), "a remark is said once");
 }
 
@@ -511,7 +511,7 @@ fn an_exchange_that_cannot_be_leaves_everything_as_it_was() {
         "P before the first step: the initialization returned an error: not today"
     );
     assert!(exchange(&mut session, vec![member("C", "LAG", &[])]).contains("two members are named C"));
-    assert!(exchange(&mut session, vec![]).contains("P.POWER names no FMU of this run"));
+    assert!(exchange(&mut session, vec![]).contains("P.POWER does not name an FMU of this run"));
     assert_eq!(session.run(50).unwrap().values, untouched.run(50).unwrap().values);
     assert!(session.record(None).unwrap().exchanges().is_empty());
     let state = session.exchange(&home, vec![], vec![]).unwrap();
