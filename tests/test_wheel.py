@@ -239,7 +239,7 @@ def test_a_folder_without_fmus_is_refused_in_one_sentence(tmp_path):
     refused = subprocess.run(command, capture_output=True, text=True)
     assert refused.returncode == 1
     assert refused.stderr == (
-        f"error: no FMU in {tmp_path}: make them with `cargo xtask fmu`, or name another folder with --fmus\n"
+        f"error: no FMU in {tmp_path}: build them with `cargo xtask fmu`, or name another folder with --fmus\n"
     )
     assert not (tmp_path / "out").exists()
 

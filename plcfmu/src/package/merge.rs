@@ -283,7 +283,7 @@ mod tests {
         let other = pump(&|real| real.start = Some(1.0));
         assert_eq!(
             difference_of(&pump(&|_| ()).description(), &other.description()),
-            Some("variable \"Q\" has another unit, range or start value in one than in the other".into())
+            Some("variable \"Q\" differs in its unit, range or start value".into())
         );
         let mut text = pump(&|_| ());
         text.model_variables[0].description = Some("Flow".into());

@@ -519,7 +519,7 @@ mod tests {
         check_names(&[("a", "PUMP"), ("b", "VALVE")]).unwrap();
         assert_eq!(
             check_names(&[("a", "PUMP"), ("b", "Pump")]).unwrap_err().to_string(),
-            "the packages a and b both make Pump.fmu: give one of the blocks another name"
+            "the packages a and b both make Pump.fmu: rename one of the blocks"
         );
     }
 

@@ -176,9 +176,9 @@ fn a_connection_that_ends_early_is_said() {
 #[test]
 fn what_does_not_fit_into_one_answer_is_refused() {
     let error = refused(vec![confirmed(), granted(21)]);
-    assert!(error.starts_with("the block takes 4 bytes, and the PLC sends at most 3 in one answer"), "{error}");
+    assert!(error.starts_with("the block needs 4 bytes, but the PLC sends at most 3 in one answer"), "{error}");
     let error = refused(vec![confirmed(), granted(22), item(0xFF, &[1, 2, 3])]);
-    assert_eq!(error, "the PLC sent 3 bytes where 4 were asked for: DB41 is too short");
+    assert_eq!(error, "the PLC sent 3 bytes instead of 4: DB41 is too short");
 }
 
 #[test]
