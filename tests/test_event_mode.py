@@ -145,10 +145,10 @@ def test_a_setting_of_64_bits_is_exact_in_a_description_too(record, run_command,
 @pytest.mark.parametrize(
     "setting, error",
     [
-        ("S.OFFSET=9223372036854775808", "it is Int64, and 9223372036854775808 is not a whole number from -9223372036854775808 to 9223372036854775807"),
+        ("S.OFFSET=9223372036854775808", "it is Int64; 9223372036854775808 is not a whole number from -9223372036854775808 to 9223372036854775807"),
         ("S.SP=9007199254740993", "it is Real, which cannot represent 9007199254740993; the nearest number is 9007199254740992"),
-        ("S.BYTE=256", "S.BYTE cannot be set: it is UInt8, and 256.0 is not a whole number from 0 to 255"),
-        ("S.BYTE=0.5", "S.BYTE cannot be set: it is UInt8, and 0.5 is not a whole number from 0 to 255"),
+        ("S.BYTE=256", "S.BYTE cannot be set: it is UInt8; 256.0 is not a whole number from 0 to 255"),
+        ("S.BYTE=0.5", "S.BYTE cannot be set: it is UInt8; 0.5 is not a whole number from 0 to 255"),
         ("S.BLOB=1", "S.BLOB is a Binary, which cannot be set or recorded"),
         ("S.A[3,1]=1", "S has no variable A[3,1]; did you mean S.A["),
     ],

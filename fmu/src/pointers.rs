@@ -188,7 +188,7 @@ macro_rules! functions {
         $( functions! { @function $name ($($argument: $type),*) ($($result)?)
             $({ $($plain)* })? $(=> |$c| $body)? } )*
 
-        #[doc = concat!("Gives the library of an FMU the C functions of ", stringify!($version), ".")]
+        #[doc = concat!("Adds to an FMU's library the C functions of ", stringify!($version), ".")]
         #[macro_export]
         macro_rules! $export {
             ($d Library:ty) => {

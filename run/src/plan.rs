@@ -602,27 +602,25 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
                 bail!("it is {}, which cannot represent {value}; the nearest number is {}", kind.name(), value as f64)
             }
             Some((low, high)) if (low..=high).contains(&value) => {
-                bail!("it is {}, and {value} has more digits than a number can hold here", kind.name())
+                bail!("it is {}; {value} has more digits than a number can hold here", kind.name())
             }
-            Some((low, high)) => bail!("it is {}, and {value} is not a whole number from {low} to {high}", kind.name()),
+            Some((low, high)) => bail!("it is {}; {value} is not a whole number from {low} to {high}", kind.name()),
         },
         (Type::Boolean, Value::Boolean(value)) => Ok(f64::from(u8::from(value))),
         (Type::Boolean, Value::Number(value)) if value == 0.0 || value == 1.0 => Ok(value),
-        (Type::Boolean, Value::Number(value)) => {
-            bail!("it is Boolean, and {value:?} is neither true (1) nor false (0)")
-        }
-        (_, Value::Boolean(value)) => bail!("it is {}, and {value} is not a number", kind.name()),
+        (Type::Boolean, Value::Number(value)) => bail!("it is Boolean; {value:?} is neither true (1) nor false (0)"),
+        (_, Value::Boolean(value)) => bail!("it is {}; {value} is not a number", kind.name()),
         (Type::Real, Value::Number(value)) => Ok(value),
         (Type::Float32, Value::Number(value)) if !value.is_finite() || value.abs() <= f64::from(f32::MAX) => Ok(value),
         (Type::Float32, Value::Number(value)) => bail!("it is Float32, and {value:?} exceeds its range"),
         (Type::Integer, Value::Number(value)) if f64::from(value as i32) == value => Ok(value),
-        (Type::Integer, Value::Number(value)) => bail!("it is Integer, and {value:?} is not a 32-bit integer"),
+        (Type::Integer, Value::Number(value)) => bail!("it is Integer; {value:?} is not a 32-bit integer"),
         (kind, Value::Number(value)) => {
             let whole = (value == value.trunc() && value.abs() <= EXACT as f64).then_some(value as i128);
             let (low, high) = kind.whole().unwrap_or_default();
             if whole.and_then(|whole| kind.whole_cell(whole)).is_none() {
                 let (low, high) = (low.max(-EXACT), high.min(EXACT));
-                bail!("it is {}, and {value:?} is not a whole number from {low} to {high}", kind.name());
+                bail!("it is {}; {value:?} is not a whole number from {low} to {high}", kind.name());
             }
             Ok(value)
         }

@@ -281,7 +281,7 @@ impl Folder {
     pub fn new() -> Result<Folder> {
         let place = std::env::temp_dir();
         Folder::new_in(&place).with_context(|| {
-            format!("no temporary folder can be created in {} (TMPDIR selects another)", place.display())
+            format!("cannot create a temporary folder in {} (TMPDIR selects another)", place.display())
         })
     }
 
@@ -333,7 +333,7 @@ impl Document {
             Ok(file)
         };
         let (file, _listed) = listed(make, tempfile::NamedTempFile::path)
-            .context("no temporary file can be created (TMPDIR selects another folder)")?;
+            .context("cannot create a temporary file (TMPDIR selects another folder)")?;
         Ok(Document { file, _listed })
     }
 

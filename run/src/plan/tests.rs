@@ -192,10 +192,10 @@ fn a_time_is_the_number_that_is_the_nearest_to_the_decimal_one() {
 #[test]
 fn a_value_that_its_type_cannot_have_is_refused() {
     for (setting, expected) in [
-        ("C.ON=2", "C.ON cannot be set: it is Boolean, and 2.0 is neither true (1) nor false (0)"),
-        ("C.SP=true", "C.SP cannot be set: it is Real, and true is not a number"),
-        ("C.PV_PER=1.5", "C.PV_PER cannot be set: it is Integer, and 1.5 is not a 32-bit integer"),
-        ("C.PV_PER=3e9", "C.PV_PER cannot be set: it is Integer, and 3000000000.0 is not a 32-bit integer"),
+        ("C.ON=2", "C.ON cannot be set: it is Boolean; 2.0 is neither true (1) nor false (0)"),
+        ("C.SP=true", "C.SP cannot be set: it is Real; true is not a number"),
+        ("C.PV_PER=1.5", "C.PV_PER cannot be set: it is Integer; 1.5 is not a 32-bit integer"),
+        ("C.PV_PER=3e9", "C.PV_PER cannot be set: it is Integer; 3000000000.0 is not a 32-bit integer"),
         ("P.NAME=1", "P.NAME is a String, which cannot be set or recorded"),
     ] {
         assert_eq!(error(&system(&[], &[setting])), expected);

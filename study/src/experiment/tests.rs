@@ -295,17 +295,14 @@ fn a_variable_that_cannot_be_varied_says_why() {
             "axis 1 (C.SP): C.SP cannot be set at 99.0 s: the first step begins at 0.0 s, the last at 59.5 s",
         ),
         (at("C.SP", f64::NAN), "axis 1 (C.SP): time = NaN: give a time in seconds"),
-        (
-            axis("C.BITS", values(&[1.5])),
-            "axis 1 (C.BITS): C.BITS = 1.5: it is Integer, and 1.5 is not a 32-bit integer",
-        ),
+        (axis("C.BITS", values(&[1.5])), "axis 1 (C.BITS): C.BITS = 1.5: it is Integer; 1.5 is not a 32-bit integer"),
         (
             axis("C.MAN_ON", values(&[2.0])),
-            "axis 1 (C.MAN_ON): C.MAN_ON = 2.0: it is Boolean, and 2.0 is neither true (1) nor false (0)",
+            "axis 1 (C.MAN_ON): C.MAN_ON = 2.0: it is Boolean; 2.0 is neither true (1) nor false (0)",
         ),
         (
             axis("C.GAIN", Along::Values(vec![Value::Boolean(true)])),
-            "axis 1 (C.GAIN): C.GAIN: it is Real, and true is not a number",
+            "axis 1 (C.GAIN): C.GAIN: it is Real; true is not a number",
         ),
         (
             distributed("C.BITS"),
@@ -313,7 +310,7 @@ fn a_variable_that_cannot_be_varied_says_why() {
         ),
         (
             range("C.BITS", 3.0),
-            "axis 1 (C.BITS): range: write the values as a list, values = [...]: C.BITS = 1.5: it is Integer, and 1.5 is not a \
+            "axis 1 (C.BITS): range: write the values as a list, values = [...]: C.BITS = 1.5: it is Integer; 1.5 is not a \
              32-bit integer",
         ),
         (
