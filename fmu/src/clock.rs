@@ -10,7 +10,7 @@
 //!   1.7e-7 s), and a clock that relied on it would eventually make two calls in one step. The clock therefore keeps
 //!   its own time, a tick counter and an offset from that tick, and adds each `h` to it while rounding can explain the
 //!   difference from `tc`.
-//! - A host that computes `tc` anew for every step. Its `h` may be inexact: rounded to 32 bits, or written with a few
+//! - A host that recomputes `tc` for every step. Its `h` may be inexact: rounded to 32 bits, or written with a few
 //!   decimals. A clock that added up such an `h` would eventually make a call one step early. The clock therefore
 //!   continues from `tc`.
 //!

@@ -383,7 +383,7 @@ impl Variable {
         self.is_settable() && (self.causality == Causality::Input || self.variability == Variability::Tunable)
     }
 
-    /// Whether a value lies outside the declared range.
+    /// Whether a value is outside the declared range.
     pub fn is_outside(&self, value: f64) -> bool {
         self.min.is_some_and(|min| value < min) || self.max.is_some_and(|max| value > max)
     }

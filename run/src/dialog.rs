@@ -46,7 +46,7 @@ pub struct Roles {
     pub manual: Option<(String, String)>,
     /// The switch to manual mode and the manual pulses, up and down, of a controller without a manual value.
     pub manual_pulses: Option<(String, [String; 2])>,
-    /// GAIN, TI, TD and TM_LAG, as far as the block has them.
+    /// GAIN, TI, TD and TM_LAG, if the block has them.
     pub controller: Vec<String>,
     /// The switches for the P, I and D actions.
     pub structure: Vec<String>,

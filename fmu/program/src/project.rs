@@ -1,4 +1,4 @@
-//! A project's files as a program: which of them belong to it, and what tag tables and stubs add to its sources.
+//! A project's files as a program: selects the files that belong to it, and adds tag tables and stubs to its sources.
 
 use manifest::Manifest;
 use parameters::Source;

@@ -113,7 +113,7 @@ pub(crate) fn build(
     let milliseconds = manifest.cycle.ok_or("the time between two calls is missing")?;
     let variables = || variables.iter().enumerate().filter(|(at, of)| !of.is_hidden || chosen.contains_key(at));
     let start = &compiled.program.records[compiled.program.memory].start;
-    // Declared names take precedence over derived ones: `x_out` may be declared beside an in-out parameter x.
+    // Declared names take precedence over derived ones: `x_out` may be declared in addition to an in-out parameter x.
     let mut names = Names(HashSet::from([CYCLE.to_string()]));
     let is_own_cycle = |of: &Variable, role: Role| {
         of.name.eq_ignore_ascii_case(CYCLE) && kind(of.of) == Some(Kind::Time) && role.is_settable()

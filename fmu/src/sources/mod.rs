@@ -123,7 +123,7 @@ pub enum Of<'a> {
     Program {
         /// The name of the function called once at the start.
         startup: Option<&'a str>,
-        /// The address of its own variable for the time between two calls.
+        /// The address of the program's own variable for the time between two calls, if any.
         own_cycle: Option<usize>,
         /// The source files, for messages.
         files: &'a [String],

@@ -16,8 +16,8 @@ pub type LogMessage = unsafe extern "C" fn(Pointer, c_int, *const c_char, *const
 pub type IntermediateUpdate = unsafe extern "C" fn();
 
 library! {
-    /// A loaded library of FMI 3.0, like that of FMI 2.0, with the functions that a co-simulation host without Clocks
-    /// may call.
+    /// A loaded FMI 3.0 library, analogous to the FMI 2.0 one, with the functions that a co-simulation host without
+    /// Clocks may call.
     prefix "fmi3";
     required get_version "fmi3GetVersion" () -> *const c_char;
     optional set_debug_logging "fmi3SetDebugLogging" (Pointer, bool, usize, *const *const c_char) -> c_int;

@@ -280,9 +280,8 @@ impl Folder {
     /// It cannot be created.
     pub fn new() -> Result<Folder> {
         let place = std::env::temp_dir();
-        Folder::new_in(&place).with_context(|| {
-            format!("cannot create a temporary folder in {} (TMPDIR selects another)", place.display())
-        })
+        Folder::new_in(&place)
+            .with_context(|| format!("cannot create a folder in {} (TMPDIR selects another)", place.display()))
     }
 
     /// Creates a folder in `place`, for example next to the destination.
