@@ -1,4 +1,4 @@
-//! Tornado charts: horizontal bars that extend from a middle to both sides, one below the other.
+//! Tornado charts: stacked horizontal bars that extend from a middle to both sides.
 
 use crate::field::{Axis, Field, Label, ROW, Shape, Style};
 use crate::palette;
@@ -15,16 +15,16 @@ const GAP: f64 = 5.0;
 /// A bar of a tornado chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
-    /// The label at its left.
+    /// The label to its left.
     pub name: String,
-    /// The ends of both halves, which start at the middle.
+    /// The ends of its two halves, which start at the middle.
     pub ends: [f64; 2],
 }
 
-/// Draws a tornado chart with the bars from the top, and labels for the halves. `None` if there are no bars.
+/// Draws a tornado chart with the bars from top to bottom, and labels for the halves. `None` if there are no bars.
 ///
 /// # Errors
-/// It cannot be drawn.
+/// The chart cannot be drawn.
 pub fn tornado(
     title: &str,
     label: &str,
@@ -48,7 +48,7 @@ pub fn tornado(
     let zero = Pixels(field.x(middle));
     for (number, bar) in bars.iter().enumerate() {
         let (top, bottom) = (field.y(place(number) + 0.5) + GAP, field.y(place(number) - 0.5) - GAP);
-        // Both halves may extend to the same side: then each gets half of the height.
+        // If both halves extend to the same side, each gets half of the height.
         let is_one_sided = (bar.ends[0] - middle) * (bar.ends[1] - middle) > 0.0;
         let between = if is_one_sided { (top + bottom) / 2.0 } else { bottom };
         let spans = if is_one_sided { [(top, between), (between, bottom)] } else { [(top, bottom); 2] };

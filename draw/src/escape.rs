@@ -1,9 +1,9 @@
-//! Escapes text in HTML and SVG. The templates escape everything that is not marked `safe`.
+//! Escapes text for HTML and SVG. The templates escape everything that is not marked `safe`.
 
 use askama::filters::Escaper;
 use std::fmt::{self, Display, Formatter, Write};
 
-/// A text, displayed as element content or as a quoted attribute.
+/// A text that is escaped when displayed, for element content or a quoted attribute.
 #[derive(Clone, Copy, Debug)]
 pub struct Text<'a>(pub &'a str);
 

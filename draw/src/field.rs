@@ -33,7 +33,7 @@ impl Axis {
         Axis { label: label.into(), scale: Scale { from, to }, is_logarithmic: false, ticks: None }
     }
 
-    /// An axis that contains all values, with some margin. On a logarithmic axis, only values above 0 count.
+    /// An axis that contains all values, with some margin. It is logarithmic only if all values are above 0.
     pub fn around(label: impl Into<String>, values: impl Iterator<Item = f64> + Clone, is_logarithmic: bool) -> Axis {
         let is_logarithmic = is_logarithmic && values.clone().all(|value| value > 0.0);
         let scale = Scale::around(values.map(|value| if is_logarithmic { value.log10() } else { value }));
@@ -82,14 +82,14 @@ pub(crate) enum Style {
 
 /// A path of a single colour.
 pub(crate) struct Shape {
-    /// The CSS class by which a page can change the colour.
+    /// The CSS class with which a page can change the colour.
     pub class: String,
     pub color: &'static str,
     pub path: String,
     pub style: Style,
 }
 
-/// A text; `class` and `color` are those of a shape, if it belongs to one.
+/// A text; `of` holds the class and colour of the shape to which it belongs, if any.
 pub(crate) struct Label {
     pub x: f64,
     pub y: f64,

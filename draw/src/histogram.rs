@@ -20,18 +20,18 @@ pub struct Mark {
     pub at: f64,
     /// Its label.
     pub text: String,
-    /// Whether it is a limit, which is black, or follows from the values, which is vermilion.
+    /// Whether it is a limit, drawn in black; a mark computed from the values is vermilion.
     pub is_limit: bool,
 }
 
-/// Draws a histogram of values in ascending order; `None` if none of them can be drawn.
+/// Draws a histogram of values in ascending order; `None` if there are no drawable values.
 ///
 /// The width of a bar is a round number: the next one above 2 (p75 - p25) / n^(1/3) (D. Freedman and P. Diaconis, "On
-/// the histogram as a density estimator", 1981), or more to avoid more than 80 bars. For integers, bars are centred on
-/// them.
+/// the histogram as a density estimator", 1981), or larger to limit the number of bars to about 80. For integers, bars
+/// are centred on them.
 ///
 /// # Errors
-/// It cannot be drawn.
+/// The histogram cannot be drawn.
 pub fn svg(title: &str, label: &str, sorted: &[f64], marks: &[Mark]) -> anyhow::Result<Option<String>> {
     let values: Vec<f64> = sorted.iter().copied().filter(|value| is_drawn(*value)).collect();
     let Some(Bars { width, shift }) = Bars::new(&values) else { return Ok(None) };

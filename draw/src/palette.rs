@@ -1,10 +1,10 @@
-//! The colours of curves, from one file that pages, the site, the parameter tool and Python also read.
+//! The colours of curves, from a file that is shared with the pages, the site, the parameter tool and Python.
 
-/// The file: a style sheet with a variable for each colour on a light and on a dark background.
+/// The style sheet with a variable for each colour on a light and on a dark background.
 pub const STYLE: &str = include_str!("../../plcfmu/python/plcfmu/palette.css");
 
-/// The colour on a light background of a variable, named without `--` and `-light`, such as `curve-1`. In a constant, a
-/// name that is not in the file is a compile error.
+/// The light-background colour of a style sheet variable, named without `--` and `-light`, such as `curve-1`. In a
+/// constant, an unknown name is a compile error.
 pub const fn color(name: &str) -> &'static str {
     let (text, name) = (STYLE.as_bytes(), name.as_bytes());
     let end = b"-light: ";
@@ -18,7 +18,7 @@ pub const fn color(name: &str) -> &'static str {
     panic!("the palette has no such colour")
 }
 
-/// Whether a text occurs at a position of another.
+/// Whether `text` contains `wanted` at this position.
 const fn is_at(text: &[u8], at: usize, wanted: &[u8]) -> bool {
     let mut same = 0;
     while same < wanted.len() && at + same < text.len() && text[at + same] == wanted[same] {

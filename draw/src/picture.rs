@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// The number of picture pixels per drawing pixel.
 const SCALE: f32 = 2.0;
 
-/// Converts SVG to a PNG of twice its size. `sans-serif` and every font that is not embedded are Ubuntu, `monospace` is
+/// Converts SVG to a PNG of twice its size. `sans-serif` and all unknown fonts are rendered as Ubuntu, `monospace` as
 /// Hack.
 ///
 /// # Errors
@@ -29,7 +29,8 @@ pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
     encoded(pixels).context("the picture cannot be encoded as PNG")
 }
 
-/// Fast compression: a tenth of the time for twice the size, some 80 kB. A study draws a picture for each figure.
+/// Encodes the picture with fast compression, because a study draws one for each figure: it takes a tenth of the time
+/// for twice the size, about 80 kB.
 fn encoded(pixels: tiny_skia::Pixmap) -> Result<Vec<u8>, ::png::EncodingError> {
     let mut file = Vec::new();
     let mut encoder = ::png::Encoder::new(&mut file, pixels.width(), pixels.height());

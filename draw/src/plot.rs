@@ -1,9 +1,9 @@
-//! Charts of signals over time: numbers of one unit share a panel, Booleans have a lane each. Values are held from
-//! point to point, so curves are stairs. Characteristics are drawn over a variable, with straight lines from point to
-//! point.
+//! Charts of signals over time: numbers with the same unit share a panel, and each Boolean has its own lane. Values are
+//! held from point to point, so curves have steps. Characteristics are drawn over a variable, with straight lines from
+//! point to point.
 //!
-//! Drawn here and not by `plotters`, which rounds to whole pixels, writes every dash as a separate element, and gives
-//! curves no class by which a page could recolour them in dark mode.
+//! The crate `plotters` is not used: it rounds to whole pixels, writes every dash as a separate element, and assigns
+//! curves no class with which a page could recolour them in dark mode.
 
 use crate::palette;
 use crate::scale::{Scale, is_drawn, tick_label};
@@ -15,7 +15,8 @@ use std::fmt::Write;
 
 // Lengths in pixels.
 const WIDTH: f64 = 760.0;
-/// At three quarters of the width, as shown on a phone, the numbers at the axes remain legible.
+/// The width of a narrow chart: at three quarters of it, as shown on a phone, the numbers on the axes are still
+/// legible.
 const NARROW: f64 = 500.0;
 const LEFT: f64 = 76.0;
 const RIGHT: f64 = 24.0;
@@ -44,20 +45,20 @@ const COLORS: [&str; 7] = [
 /// The number of colours; further curves reuse them with dotted lines.
 pub const COLOR_COUNT: usize = COLORS.len();
 
-/// The class names by which a page's stylesheet can change the colours.
+/// The class names with which a page's style sheet can change the colours.
 const CLASSES: &[&str] = &["curve-1", "curve-2", "curve-3", "curve-4", "curve-5", "curve-6", "curve-7"];
 
-/// A chart: panels with numeric curves above lanes of Booleans, over one time axis.
+/// A chart: panels with numeric curves above lanes with Booleans, over a common time axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chart {
     /// The title above the drawing; may be empty.
     pub title: String,
     /// The times of the points in seconds, in ascending order; the last one ends the drawing.
     pub time: Vec<f64>,
-    /// The name and unit of the variable, if the points are values of a variable instead of times. Curves are then
-    /// straight lines from point to point.
+    /// The name and unit of the horizontal variable, if the points are values of a variable instead of times. Curves
+    /// then have straight lines from point to point.
     pub over: Option<String>,
-    /// The label of the time axis, if other than `time in s`.
+    /// The label of the time axis; by default `time in s`.
     pub time_label: Option<String>,
     /// The panels, from top to bottom.
     pub panels: Vec<Panel>,
@@ -65,7 +66,7 @@ pub struct Chart {
     pub lanes: Vec<Curve>,
     /// The relevant time window; everything outside it is shaded.
     pub window: Option<(f64, f64)>,
-    /// Whether points are drawn as unconnected dots, because there is nothing between them.
+    /// Whether points are drawn as unconnected dots, because there are no values between them.
     pub has_dots: bool,
     /// Whether the drawing must fit the width of a phone.
     pub is_narrow: bool,
@@ -88,8 +89,8 @@ pub struct Panel {
     pub bands: Vec<Band>,
 }
 
-/// The label beside a panel: names and unit, or only the unit if the names do not fit. Without a unit, the first name
-/// then represents all.
+/// The label beside a panel: names and unit, or only the unit if the names do not fit. If there is no unit either, the
+/// first name represents all.
 pub fn axis_label(names: &[&str], unit: Option<&str>) -> String {
     let all = names.join(", ");
     let long = unit.map_or_else(|| all.clone(), |unit| format!("{all} in {unit}"));
@@ -119,16 +120,16 @@ pub struct Band {
     pub color: usize,
 }
 
-/// A variable.
+/// A curve of a variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     /// Its name.
     pub name: String,
-    /// The value at each point in time, held until the next one. A value that is not finite is a gap.
+    /// The value at each point in time, held until the next one. A value that is not finite leaves a gap.
     pub values: Vec<f64>,
     /// Whether it is an input, which is drawn as a dashed line.
     pub is_input: bool,
-    /// The index of its colour, from 0, where curves share one; by default the next colour.
+    /// The index of its colour, from 0, if curves share one; by default, the next colour.
     pub color: Option<usize>,
 }
 
@@ -140,7 +141,7 @@ pub fn svg(chart: &Chart) -> anyhow::Result<String> {
     svg_named(chart, &chart.title)
 }
 
-/// Like [`svg`], with an accessible name, for a page whose text already has the title.
+/// Like [`svg`], with a separate accessible name, for a page whose text already contains the title.
 ///
 /// # Errors
 /// As for [`svg`].
@@ -370,7 +371,7 @@ fn draw_panel<'a>(
         Tick { at: Pixels(y), text_y: Pixels(y + 4.0), label: tick_label(tick) }
     });
     let path = if chart.over.is_some() { lines } else { stairs };
-    // Dashed lines come last: a solid one on top would hide them.
+    // Dashed lines are drawn last: a solid one on top would hide them.
     let solid = panel.curves.iter().zip(pens).filter(|(curve, _)| !curve.is_input);
     let joined =
         solid.chain(panel.curves.iter().zip(pens).filter(|(curve, _)| curve.is_input)).filter(|_| !chart.has_dots);
@@ -462,7 +463,7 @@ fn range(panel: &Panel) -> Scale {
     Scale::around(panel.curves.iter().flat_map(|curve| &curve.values).chain(bands).copied())
 }
 
-/// The ticks of a panel. Between integers, such as the states of a program, there are none.
+/// The ticks of a panel. If all values are integers, such as the states of a program, there are none between integers.
 fn values_ticks(panel: &Panel, scale: &Scale) -> Vec<f64> {
     let ticks = scale.ticks(5.0);
     let mut values = panel.curves.iter().flat_map(|curve| &curve.values).filter(|value| is_drawn(**value));
@@ -496,8 +497,8 @@ fn legend_height(panel: &Panel, right: f64) -> f64 {
     lines as f64 * LEGEND + 6.0
 }
 
-/// The visible points of a curve: of many points within half a pixel of time, the first, the last, the lowest, the
-/// highest and a gap.
+/// The visible points of a curve: of all points within half a pixel of the time axis, only the first, the last, the
+/// lowest, the highest and a gap.
 fn points(times: &[f64], values: &[f64], time: &Across) -> Vec<(f64, f64)> {
     let column = |index: &usize| (time.x(times[*index]) * 2.0) as i64;
     let order = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
@@ -528,7 +529,7 @@ fn stairs(points: &[(f64, f64)], time: &Across, y: &dyn Fn(f64) -> f64) -> Strin
         let y = Pixels(y(*value)).to_string();
         let held_to = points.get(place + 1).map(|(to, _)| Pixels(time.x(*to)));
         match &last {
-            // An unchanged value extends the stair.
+            // An unchanged value extends the horizontal line.
             Some(before) if *before == y && held_to.is_some() => path.truncate(path.rfind('H').unwrap_or(path.len())),
             Some(before) if *before == y => {}
             Some(_) => {
@@ -564,7 +565,7 @@ fn lines(points: &[(f64, f64)], over: &Across, y: &dyn Fn(f64) -> f64) -> String
     path
 }
 
-/// Whether the value jumps to this point: the slope to it is many times larger than before and after.
+/// Whether the value jumps to this point: the slope leading to it is several times the slopes before and after it.
 fn is_jump(points: &[(f64, f64)], place: usize) -> bool {
     const TIMES: f64 = 3.0;
     let slope = |place: usize| {

@@ -24,10 +24,10 @@ impl Recording {
     }
 }
 
-/// A characteristic, as recorded: the values of its variable, and the mean of each shown variable at each of them.
+/// A recorded characteristic: the values of the swept variable, and the mean of each shown variable at each value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
-    /// The values of the variable.
+    /// The values of the swept variable.
     pub over: Vec<f64>,
     /// The rows of the shown variables, with their means.
     pub means: Vec<(usize, Vec<f64>)>,
@@ -41,12 +41,12 @@ impl Colors {
     /// The colours for roles in a loop, common to all blocks: setpoint, process value, manipulated value.
     pub const OF_ROLES: [usize; 3] = [6, 0, 1];
 
-    /// The order in which other variables get their colours: numbers, and Booleans.
+    /// The order in which colours are assigned to other variables: to numbers, and to Booleans.
     const ORDER: [[usize; COLOR_COUNT]; 2] = [[3, 2, 4, 5, 0, 1, 6], [1, 5, 2, 4, 3, 0, 6]];
 
     /// Chooses the colours. `roles` are the setpoint, the process value and the manipulated value; `known` returns the
     /// colour that a variable of an inner block has in that block's own charts. Variables that share a chart get
-    /// different colours, except that a Boolean and a number may share one.
+    /// different colours, but a Boolean and a number may share one.
     pub fn new(table: &Table, roles: [Option<&str>; 3], known: impl Fn(&str) -> Option<usize>) -> Colors {
         let inner = |row: &Row| row.name.rsplit_once('.').and_then(|(_, name)| known(name));
         let mut colors: Vec<Option<usize>> = table.rows.iter().map(inner).collect();
@@ -77,7 +77,7 @@ impl Colors {
         self.0[row]
     }
 
-    /// The first colour not taken.
+    /// The first unused colour.
     pub fn free(is_boolean: bool, taken: &[usize]) -> usize {
         let mut numbers = Self::ORDER[usize::from(is_boolean)].into_iter().chain(COLOR_COUNT..);
         numbers.find(|color| !taken.contains(color)).unwrap_or_default()
@@ -90,7 +90,7 @@ pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Ch
     let mut lanes = Vec::new();
     for (column, number) in recording.shown.iter().enumerate() {
         let row = &table.rows[*number];
-        // The value of the last call is held for a cycle, like the others.
+        // The value of the last call is held for one cycle, like the others.
         let values = recording.calls.iter().chain(recording.calls.last()).map(|values| values[column]).collect();
         let is_input = row.role == Role::Input;
         let curve = Curve { name: row.name.clone(), values, is_input, color: colors.of_row(*number) };
@@ -126,7 +126,7 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic<String>, sweep: &
     Chart { time: sweep.over.clone(), over: Some(over), panels: labelled(panels), is_narrow: true, ..Chart::default() }
 }
 
-/// The common property of the curves in a panel.
+/// The property that the curves of a panel have in common.
 #[derive(PartialEq)]
 enum Axis<'a> {
     Unit(&'a str),
@@ -162,7 +162,7 @@ impl<'a> Axis<'a> {
     }
 }
 
-/// The unit of a row in a drawing: its own, else that of the block's signals.
+/// The unit of a row in a drawing: its own or, for a signal without one, that of the block's signals.
 fn drawn_unit<'a>(row: &'a Row, table: &'a Table) -> Option<&'a str> {
     let is_signal = matches!(row.role, Role::Input | Role::Output) && row.kind.class() == Class::Real;
     row.shown_unit().or_else(|| table.drawn_unit.as_deref().filter(|_| is_signal))
@@ -238,7 +238,8 @@ mod tests {
         let table: Table = modeldescription::read_table(&json).unwrap();
         let known = |name: &str| (name == "MV").then_some(1);
         let colors = Colors::new(&table, [Some("SP"), Some("PV"), None], known).0;
-        // I comes first, then P and D beside it; the Booleans have lanes of their own. MV has the colour of its own block's charts.
+        // I comes first, then P and D beside it; the Booleans have lanes of their own. MV has the colour of its own
+        // block's charts.
         assert_eq!(colors, [6, 0, 2, 3, 4, 1, 5, 1].map(Some));
     }
 

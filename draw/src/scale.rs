@@ -1,6 +1,6 @@
-//! Scales of axes: map a range of values to a length, with round numbers as ticks.
+//! Axis scales: they map a range of values to a length, with round numbers as ticks.
 
-/// Larger numbers would overflow when converted to pixels; they are left out, like infinity.
+/// The largest drawable number. Larger ones would overflow when converted to pixels; they are left out, like infinity.
 const LARGEST: f64 = 1e300;
 
 /// A range of values.
@@ -41,7 +41,7 @@ impl Scale {
         let least = (self.to - self.from) / count;
         let is_tick = |step: f64, end: f64| (end / step - (end / step).round()).abs() < 1e-6;
         let power = 10f64.powf(least.log10().floor());
-        // Common steps come first; a fifth more ticks, or half of them, are as good.
+        // Common steps come first; a quarter more ticks, or half as many, are acceptable.
         let steps = [1.0, 2.0, 5.0, 10.0, 2.5, 3.0, 4.0, 6.0].map(|factor| factor * power);
         let fits = |step: &&f64| {
             (least * 0.8..=least * 2.0).contains(*step) && is_tick(**step, self.from) && is_tick(**step, self.to)
@@ -56,7 +56,7 @@ impl Scale {
     }
 }
 
-/// The smallest number in 1, 2, 5, 10 and so on that is not less than `least`.
+/// The smallest number in the series 1, 2, 5, 10, ... that is not less than `least`.
 pub fn round_step(least: f64) -> f64 {
     let power = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= least * 0.999);

@@ -1,4 +1,4 @@
-//! Scatter plots: values over one or two others, as coloured points or cells.
+//! Scatter plots: values over one or two other quantities, as coloured points or cells.
 
 use crate::field::{Axis, Field, LEFT, Label, RIGHT, Shape, Style, WIDTH, pitch};
 use crate::palette;
@@ -21,13 +21,13 @@ const KEY: f64 = 26.0;
 const MOST_POINTS: usize = 4000;
 /// The width and height of a cell of merged points.
 const CELL: f64 = 6.0;
-/// The maximum number of crosses for points without a value; more are merged, one for each cell of [`CROSS_CELL`].
+/// The maximum number of crosses for points without a value; more are merged, one per cell of [`CROSS_CELL`].
 const MOST_CROSSES: usize = 500;
-/// The width and height of a cell of merged crosses: a cross and a gap.
+/// The width and height of a cell of merged crosses: one cross and a gap.
 const CROSS_CELL: f64 = 10.0;
 /// The distance below which points count as one.
 const POINT: f64 = 0.01;
-/// The maximum number of values along an axis for which a grid uses them as ticks.
+/// The maximum number of values along an axis that a grid uses as ticks.
 const MOST_TICKS: usize = 8;
 
 /// The colours from best to worst, from blue to vermilion, which people with colour vision deficiency can distinguish.
@@ -46,7 +46,7 @@ const LEVELS: [&str; 7] = [
 pub struct Scatter<'a> {
     /// The title above it.
     pub title: &'a str,
-    /// The points: horizontal and vertical position, and value; a point with NaN is a cross.
+    /// The points: horizontal and vertical position, and value. A point with NaN as its value is drawn as a cross.
     pub points: &'a [(f64, f64, f64)],
     /// The label of the horizontal axis, and whether it is logarithmic.
     pub horizontal: (&'a str, bool),
@@ -60,15 +60,15 @@ pub struct Scatter<'a> {
     pub ends: (String, String),
     /// Whether low values are better.
     pub is_lower_better: bool,
-    /// The description of crosses, after their number: `without settling`.
+    /// The description that follows the number of crosses: `without settling`.
     pub absent: String,
 }
 
-/// Draws a scatter plot. Points at the same position are drawn once with their mean; an even grid is drawn as cells,
+/// Draws a scatter plot. Points at the same position are drawn once, with their mean; an even grid is drawn as cells,
 /// and more than 4000 points are merged into cells.
 ///
 /// # Errors
-/// It cannot be drawn.
+/// The plot cannot be drawn.
 pub fn svg(scatter: &Scatter) -> anyhow::Result<String> {
     let drawable = scatter.points.iter().filter(|(x, y, _)| is_drawn(*x) && is_drawn(*y));
     let axis = |(label, is_logarithmic): (&str, bool), at: fn(&(f64, f64, f64)) -> f64| {
@@ -142,8 +142,8 @@ fn shape(level: usize, path: String, style: Style) -> Shape {
     Shape { class: format!("level-{}", level + 1), color: LEVELS[level], path, style }
 }
 
-/// The cell size of an even grid with a point at each position; `None` if the points do not form one, or are too close.
-/// The plot area then has a margin of half a cell on each side, and if there are few values, they are its ticks.
+/// The cell size of an even grid with a point at each position; `None` if the points do not form one or are too close.
+/// Gives the plot area a margin of half a cell on each side and, if there are few values, uses them as ticks.
 fn grid<'a>(field: &mut Field, points: impl Iterator<Item = &'a (f64, f64, f64)> + Clone) -> Option<(f64, f64)> {
     let (horizontal, vertical) = (&field.horizontal, &field.vertical);
     let (width, columns) = pitch(points.clone().map(|point| horizontal.place(point.0)))?;
@@ -189,7 +189,7 @@ fn fill_more(mut points: impl Iterator<Item = (f64, f64, f64)>, size: f64, most:
     })
 }
 
-/// The occupied cells of this size: left, top, and the mean of their values, column by column.
+/// The occupied cells of this size, column by column: left, top, and the mean of their values.
 fn cells(points: impl Iterator<Item = (f64, f64, f64)>, size: f64) -> Vec<(f64, f64, f64)> {
     let mut cells = BTreeMap::<(i64, i64), (f64, f64)>::new();
     for (x, y, value) in points {
@@ -202,7 +202,7 @@ fn cells(points: impl Iterator<Item = (f64, f64, f64)>, size: f64) -> Vec<(f64, 
     cells.into_iter().map(place).collect()
 }
 
-/// The colour scale, and the meaning of the marks. `absent` points without a value have `crosses` crosses.
+/// The colour scale and the key to the marks. `crosses` crosses represent `absent` points without a value.
 fn keys(of: &Scatter, mean_of: Option<&str>, (absent, crosses): (usize, usize), shapes: &mut Vec<Shape>) -> Vec<Label> {
     let label =
         |x: f64, text: String| Label { x, y: KEY_Y + 4.0, anchor: "start", text: units::shown(&text), of: None };

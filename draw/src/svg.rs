@@ -1,8 +1,8 @@
-//! Coordinates of drawings.
+//! Coordinates in drawings.
 
 use std::fmt::{Display, Formatter, Result};
 
-/// A coordinate or length in pixels, printed to a hundredth.
+/// A coordinate or length in pixels, rounded to a hundredth when printed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pixels(pub f64);
 

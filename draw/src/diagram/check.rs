@@ -19,7 +19,7 @@ impl<'a> Checked<'a> {
     /// Checks a diagram with the description `source`, and names its signals.
     ///
     /// # Errors
-    /// The diagram lacks a terminal, shows something that is not one, or parts of it overlap. The error names the line
+    /// The diagram lacks a terminal or shows something else as one, or parts of it overlap. The error names the line
     /// and the remedy.
     pub(super) fn check(mut diagram: Diagram, source: &str, table: &'a Table) -> Result<Checked<'a>> {
         name_signals(&mut diagram);
@@ -36,7 +36,7 @@ impl<'a> Checked<'a> {
         Ok(checked)
     }
 
-    /// The variable of that name.
+    /// The variable with this name.
     pub(super) fn row(&self, name: &str) -> Option<&'a Row> {
         row(self.table, name)
     }
@@ -46,7 +46,7 @@ impl<'a> Checked<'a> {
         self.row(name).is_some_and(|row| row.kind == Kind::Bool)
     }
 
-    /// Checks that every terminal of the diagram is in the table, and is shown once and in its direction.
+    /// Checks that every terminal of the diagram is in the table and is shown only once, in its direction.
     fn terminals(&self) -> Result<(), (usize, String)> {
         let table = &self.table.name;
         let terminals = self.diagram.terminals();
@@ -137,7 +137,7 @@ impl<'a> Checked<'a> {
         Ok(())
     }
 
-    /// Checks that no wire passes through an element or lies on the wire of another signal.
+    /// Checks that no wire passes through an element or touches the wire of another signal.
     fn crossings(&self) -> Result<(), (usize, String)> {
         let Diagram { elements, wires, .. } = &self.diagram;
         for wire in wires {
@@ -165,7 +165,7 @@ fn row<'a>(table: &'a Table, name: &str) -> Option<&'a Row> {
     table.find(name).map(|row| &table.rows[row])
 }
 
-/// The start value shown for a variable: that of a setting; empty for a signal.
+/// The start value shown for a setting; empty for a signal.
 pub(super) fn start(table: &Table, name: &str) -> String {
     match row(table, name) {
         Some(row) if matches!(row.role, Role::Parameter | Role::Fixed | Role::Cycle) => text::value(row, row.start()),
@@ -192,7 +192,7 @@ fn line(from: Point, to: Point) -> Area {
     Area { left, top, right, bottom }
 }
 
-/// Names unnamed signals after the terminal at which they start or end, or the element that produces them.
+/// Names unnamed signals after the terminal at which they start or end, or after the element that produces them.
 fn name_signals(diagram: &mut Diagram) {
     let Diagram { elements, wires, signals, .. } = diagram;
     for (signal, name) in signals.iter_mut().enumerate().filter(|(_, name)| name.is_empty()) {

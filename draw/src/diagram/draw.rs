@@ -18,7 +18,7 @@ const HEAD: (f64, f64) = (8.0, 3.5);
 /// The width of a terminal's slanted part.
 const TIP: f64 = 7.0;
 
-/// The drawing. Its colours are for a light page; a page's stylesheet can override them by class.
+/// The drawing. Its colours are for a light page; the page's style sheet can override them by class.
 #[derive(Template)]
 #[template(path = "diagram.svg")]
 struct Drawing<'a> {
@@ -108,7 +108,7 @@ struct Switch<'a> {
     name: &'a str,
     id: String,
     title: String,
-    /// The blade in each position, with whether that is the start position.
+    /// The blade in each position, and whether it is there at the start.
     blades: [(&'static str, String, bool); 2],
     contacts: [(Pixels, Pixels); 3],
     labels: [(Pixels, Pixels, &'static str); 2],
@@ -145,7 +145,7 @@ struct Value<'a> {
     value_y: Pixels,
 }
 
-/// Renders the drawing. All ids start with `prefix`; if `is_linked`, each variable links to the anchor of its name.
+/// Renders the drawing. All ids start with `prefix`; if `is_linked`, each variable links to the anchor with its name.
 ///
 /// # Errors
 /// The template cannot be rendered.
@@ -272,7 +272,7 @@ fn signals<'a>(checked: &'a Checked) -> Vec<Signal<'a>> {
     signals
 }
 
-/// Whether each signal is Boolean: those of Boolean variables, and whatever a switch connects to them.
+/// Whether each signal is Boolean: a Boolean variable, or connected to one by a switch.
 fn booleans(checked: &Checked) -> Vec<bool> {
     let diagram = &checked.diagram;
     let mut found: Vec<bool> = diagram.signals.iter().map(|name| checked.is_boolean(name)).collect();
@@ -412,7 +412,7 @@ fn switch<'a>(checked: &'a Checked, element: &'a Element) -> Switch<'a> {
     let label = |is_true: bool| {
         let at = contact(is_true);
         let text = if is_true { "TRUE" } else { "FALSE" };
-        // It ends before the wire from the control terminal, away from the number at the contact.
+        // The label ends before the wire from the control terminal, away from the number at the contact.
         let apart = if constant.as_ref().is_some_and(|(of, _)| *of == is_true) { 3.5 } else { 0.0 };
         let baseline = if at < y { at - 5.0 - apart } else { at + 12.5 + apart };
         (Pixels(x - 4.0 - width(text, LABEL_CHARACTER) / 2.0), Pixels(baseline), text)

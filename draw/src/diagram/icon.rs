@@ -14,7 +14,7 @@ const SIZE: f64 = 128.0;
 const BORDER: f64 = 24.0;
 /// The width of a character in a monospaced font, relative to the font size.
 const CHARACTER: f64 = 0.602;
-/// Longer names are drawn on two lines if they can be split.
+/// The maximum length of a name on one line; longer ones are split into two lines if possible.
 const LONGEST: usize = 8;
 
 #[derive(Template)]

@@ -4,7 +4,7 @@
 //!
 //! # The text
 //!
-//! It stands between ` ```diagram ` and ` ``` ` in the documentation of the block:
+//! It is written between ` ```diagram ` and ` ``` ` in the block's documentation:
 //!
 //! ```text
 //! icon lag
@@ -19,39 +19,39 @@
 //! ON > Y
 //! ```
 //!
-//! Places are `x,y` in units of ten pixels, x to the right, y down; halves are allowed. A line is one of these:
+//! Positions are `x,y` in units of ten pixels, x to the right, y down; fractions are allowed. A line is one of these:
 //!
 //! | line | meaning |
 //! |---|---|
-//! | `input NAME 0,3` | a variable that goes in; the place is the left end of its name |
-//! | `output NAME 40,3` | a variable that comes out; the same |
-//! | `box NAME 20,3 SYMBOL with A B` | a function with its symbol and the variables that act on it; the place is the middle of the symbol. Instead of a symbol: `"a text" "in lines"`, or `in A B out C` for a block inside, whose pins wires meet as NAME.A |
+//! | `input NAME 0,3` | an input; the position is the left end of its terminal |
+//! | `output NAME 40,3` | an output; the position is the left end of its terminal |
+//! | `box NAME 20,3 SYMBOL with A B` | a function with its symbol and the variables that act on it; the position is the middle of the symbol. Instead of a symbol: `"a text" "in lines"`, or `in A B out C` for an inner block, to whose pins wires connect as NAME.A |
 //! | `sum NAME 12,3 left + bottom -` | a summing point with the sign at each side |
-//! | `switch NAME 30,4 TRUE upper` | a switch that the variable NAME throws; TRUE takes the upper or the `lower` contact. `constant FALSE 0.0`: that contact has a number and no wire; `below`: NAME stands below; `by B`: it is thrown by B. A second switch of a variable stands in the same column and is thrown with the first |
-//! | `text 5,5 "e"` | words; `middle` or `end` selects which part of them is at the place |
-//! | `value NAME 25,3` | the name of a variable inside above a wire, room for its value below it |
+//! | `switch NAME 30,4 TRUE upper` | a switch controlled by the variable NAME; TRUE selects the upper or the `lower` contact. `constant FALSE 0.0`: this contact has a number and no wire; `below`: NAME is below the switch; `by B`: B controls the switch. A second switch of a variable must be in the same column and moves with the first |
+//! | `text 5,5 "e"` | a text that starts at the position; with `middle` or `end`, its middle or end is there |
+//! | `value NAME 25,3` | an inner variable: its name above a wire, space for its value below the wire |
 //! | `frame 10,1 30,9 "every call"` | a dashed border, with width and height |
-//! | `A > x12 > B.top > C` | wires from the right of A to the top of B, from its right to the left of C. `x12` and `y7` are corners: the wire goes there level or upright. Ends are `NAME`, `NAME.top`, `NAME.left+1` (one unit below the middle), `NAME.TRUE` and `NAME.FALSE` (contacts of a switch), `NAME.PIN` (of a block inside) |
+//! | `A > x12 > B.top > C` | wires from the right of A to the top of B, and from the right of B to the left of C. `x12` and `y7` are corners, which the wire reaches horizontally or vertically. Ends are `NAME`, `NAME.top`, `NAME.left+1` (one unit below the middle), `NAME.TRUE` and `NAME.FALSE` (contacts of a switch), `NAME.PIN` (of an inner block) |
 //! | `15,3 > y6 > ER` | a wire that branches off another one at this point |
-//! | `PV: A > B` | wires that carry the variable PV, with all that branches off them |
-//! | `dashed A > B` | wires that act in some states only, such as the tracking of an integrator in manual mode |
-//! | `icon SYMBOL`, `icon "PI"` | the block's icon where there is little space |
-//! | `// ...` | a remark |
+//! | `PV: A > B` | wires that carry the variable PV, including all branches |
+//! | `dashed A > B` | wires that act only in some states, such as the tracking of an integrator in manual mode |
+//! | `icon SYMBOL`, `icon "PI"` | the block's icon for small spaces |
+//! | `// ...` | a comment |
 //!
-//! Symbols: [`symbol::SYMBOLS`]. Each input, parameter and output of the block has to be in the diagram once; elements must not overlap, and wires
-//! must not lead through elements. An error names the line and what to do.
+//! Symbols: [`symbol::SYMBOLS`]. Each input, parameter and output of the block must be in the diagram exactly once;
+//! elements must not overlap, and wires must not pass through elements. An error names the line and the remedy.
 //!
 //! # The drawing, for programs
 //!
-//! Each of these ids begins with the prefix that [`svg_with`] is given, so that a page may hold several diagrams. What belongs
-//! to a variable has its name as `data-variable`.
+//! Each of these ids begins with the prefix passed to [`svg_with`], so that a page can contain several diagrams.
+//! Elements that belong to a variable have its name as `data-variable`.
 //!
-//! | id | what |
+//! | id | element |
 //! |---|---|
-//! | `wire-NAME` | all wires of a signal. NAME is the variable that they carry, or `from-BOX` where they carry none |
-//! | `switch-NAME` | a switch. Its blades have `data-value` FALSE and TRUE; the one that is not taken is hidden (`visibility`). A further switch of the variable has its own name in the id, the variable in `data-variable` |
+//! | `wire-NAME` | all wires of a signal. NAME is the variable that they carry, or `from-BOX` if they carry none |
+//! | `switch-NAME` | a switch. Its blades have `data-value` FALSE and TRUE; the inactive one is hidden (`visibility`). Any other switch of the variable has its own name in the id and the variable in `data-variable` |
 //! | `terminal-NAME` | a terminal, or a variable in a box |
-//! | `value-NAME` | a text element for the value. Settings show their start value in it, signals leave it empty; a variable that throws a switch has none: its switch shows it |
+//! | `value-NAME` | a text element for the value. Settings show their start value in it, signals leave it empty; a variable that controls a switch has none, because the switch shows the value |
 //! | `box-NAME` | a function |
 
 mod check;
@@ -72,14 +72,15 @@ use check::Checked;
 use modeldescription::{Row, Table};
 use std::ops::Range;
 
-/// The markers of a diagram's description in a block's documentation.
+/// The markers of a diagram description in a block's documentation.
 const FENCE: &str = "```";
 const LANGUAGE: &str = "diagram";
 
 /// The block's diagram as SVG, or its pins if its documentation has no diagram.
 ///
 /// # Errors
-/// The description of the diagram is faulty or does not match the table; the error names line, text and remedy.
+/// The description of the diagram is faulty or does not match the table; the error names the line, its text and the
+/// remedy.
 pub fn svg(table: &Table) -> Result<String> {
     drawn(table, "", false)
 }
@@ -92,7 +93,7 @@ pub fn svg_with(table: &Table, prefix: &str) -> Result<String> {
     drawn(table, prefix, false)
 }
 
-/// Like [`svg`], for a page on which each variable has an anchor: variables in the diagram link to theirs.
+/// Like [`svg`], for a page on which each variable has an anchor: variables in the diagram link to their anchors.
 ///
 /// # Errors
 /// As for [`svg`].
@@ -114,7 +115,7 @@ fn read(table: &Table) -> Result<Option<Checked<'_>>> {
     Checked::check(diagram, &text, table).with_context(|| table.name.clone()).map(Some)
 }
 
-/// The range of the first description of a diagram in a documentation, including its fences.
+/// The range of the first diagram description in a block's documentation, including its fences.
 pub fn find(docs: &str) -> Option<Range<usize>> {
     let mut place = 0;
     let mut begin = None;
@@ -130,7 +131,7 @@ pub fn find(docs: &str) -> Option<Range<usize>> {
     begin.map(|begin| begin..docs.len())
 }
 
-/// The first description of a diagram in a documentation, without its fences.
+/// The first diagram description in a block's documentation, without its fences.
 fn text(docs: &str) -> Option<String> {
     let lines = docs[find(docs)?].lines().skip(1);
     Some(lines.take_while(|line| line.trim() != FENCE).map(|line| format!("{}\n", line.trim())).collect())

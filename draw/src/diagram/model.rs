@@ -86,12 +86,12 @@ pub(super) enum Icon {
     Text(String),
 }
 
-/// An element of the drawing; the shape determines where `at` is in it.
+/// An element of the drawing; the shape determines which of its points is at `at`.
 #[derive(Debug, PartialEq)]
 pub(super) struct Element {
     /// Its line in the description, from 1.
     pub line: usize,
-    /// The name by which wires refer to it; empty if they cannot.
+    /// The name by which wires refer to it; empty if it cannot have wires.
     pub name: String,
     pub at: Point,
     pub shape: Shape,

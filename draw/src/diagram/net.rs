@@ -1,4 +1,4 @@
-//! The connections of a diagram, for programs that compute with it: the source and the target of each signal.
+//! The connections in a diagram, for programs that compute with them: the source and the target of each signal.
 
 use super::model::{Diagram, Shape, Side, Sign};
 use super::read;
@@ -48,7 +48,7 @@ fn link(diagram: &Diagram, wire: &Wire) -> Option<Link> {
     Some(Link { from: name(from), leaves: word(leaves), to: name(to), enters: word(enters), is_negative })
 }
 
-/// The side of an element on which a point lies.
+/// The side of an element on which a point is located.
 fn side(diagram: &Diagram, element: usize, at: &super::model::Point) -> Option<Side> {
     let element = &diagram.elements[element];
     Side::ALL.into_iter().map(|(_, side)| side).find(|side| {

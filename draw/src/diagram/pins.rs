@@ -18,7 +18,7 @@ const HEAD: f64 = 40.0;
 const STUB: f64 = 18.0;
 const MARGIN: f64 = 10.0;
 
-/// The drawing. Its colours are for a light page; a page's stylesheet can override them by class.
+/// The drawing. Its colours are for a light page; the page's style sheet can override them by class.
 #[derive(Template)]
 #[template(path = "pins.svg")]
 struct Pins<'a> {
@@ -37,7 +37,7 @@ struct Pins<'a> {
     terminals: Vec<Terminal<'a>>,
 }
 
-/// A terminal: a wire that ends at the box, the name inside, a label outside.
+/// A terminal: a wire that ends at the box, the name inside the box, and a label outside.
 struct Terminal<'a> {
     class: &'static str,
     color: &'static str,

@@ -79,7 +79,7 @@ pub const SYMBOLS: &[Symbol] = &[
     },
 ];
 
-/// The symbol of that name.
+/// The symbol with this name.
 pub fn named(name: &str) -> Option<&'static Symbol> {
     SYMBOLS.iter().find(|symbol| symbol.name == name)
 }

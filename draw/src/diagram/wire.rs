@@ -16,7 +16,7 @@ pub(super) struct Wire {
     pub from: Option<usize>,
     /// The element at its end.
     pub to: usize,
-    /// Whether it acts only in some states.
+    /// Whether it acts only in some states of the block.
     pub is_dashed: bool,
 }
 
@@ -95,7 +95,7 @@ impl<'a> Word<'a> {
 
 impl Diagram {
     /// Adds the wires described by a line: `A > B`, `A > x12 > B.top > C`, or `12,7 > C`, which branches off the wire
-    /// at that point. After `PV:` they carry that variable, after `dashed` they are dashed.
+    /// at that point. The prefix `PV:` names the variable that they carry, and `dashed` makes them dashed.
     pub(super) fn add_wires(&mut self, line: usize, text: &str) -> Result<()> {
         let (is_dashed, text) = match text.strip_prefix("dashed ") {
             Some(text) => (true, text),
@@ -226,8 +226,8 @@ impl Diagram {
     }
 }
 
-/// The points of a wire from `start` over the corners to `end`. At the top or bottom of an element it ends vertically,
-/// elsewhere horizontally.
+/// The points of a wire from `start` via the corners to `end`. It ends vertically at the top or bottom of an element,
+/// and horizontally elsewhere.
 fn route(start: Point, corners: &[Word], end: Point, is_upright: bool) -> Result<Vec<Point>> {
     let mut points = vec![start];
     let mut at = start;
@@ -239,7 +239,7 @@ fn route(start: Point, corners: &[Word], end: Point, is_upright: bool) -> Result
         }
         points.push(at);
     }
-    // After x12 it continues vertically, after y7 horizontally.
+    // After x12, the wire continues vertically; after y7, horizontally.
     if !is_same(at.x, end.x) && !is_same(at.y, end.y) {
         points.push(match corners.last() {
             Some(Word::ToX(_)) => Point { x: at.x, y: end.y },
