@@ -218,16 +218,16 @@ pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
 
 fn check(chart: &Chart) -> anyhow::Result<()> {
     if let Some(point) = chart.time.iter().find(|time| !is_drawn(**time)) {
-        bail!("the chart's time has the value {point}; every point of time must be a finite number");
+        bail!("the chart's time has the value {point}; every time must be a finite number");
     }
     if let Some(pair) = chart.time.windows(2).find(|pair| pair[0] > pair[1]) {
-        bail!("the chart's time goes back from {} s to {} s; it must ascend", pair[0], pair[1]);
+        bail!("the chart's time decreases from {} s to {} s; it must not decrease", pair[0], pair[1]);
     }
     let points = chart.time.len();
     for curve in chart.panels.iter().flat_map(|panel| &panel.curves).chain(&chart.lanes) {
         if curve.values.len() != points {
             bail!(
-                "{} has {} values for {points} points of time; give one value a point",
+                "{} has {} values for {points} points in time; it must have one per point",
                 curve.name,
                 curve.values.len()
             );
@@ -776,11 +776,11 @@ mod tests {
         let error = |chart: &Chart| format!("{:#}", svg(chart).unwrap_err());
         let mut short = chart(&[0.0, 1.0, 2.0]);
         short.lanes[0].values.pop();
-        assert_eq!(error(&short), "ON has 2 values for 3 points of time; give one value a point");
+        assert_eq!(error(&short), "ON has 2 values for 3 points in time; it must have one per point");
         let mut back = chart(&[0.0, 1.0, 2.0]);
         back.time[2] = 0.5;
-        assert_eq!(error(&back), "the chart's time goes back from 1 s to 0.5 s; it must ascend");
+        assert_eq!(error(&back), "the chart's time decreases from 1 s to 0.5 s; it must not decrease");
         back.time[2] = f64::INFINITY;
-        assert_eq!(error(&back), "the chart's time has the value inf; every point of time must be a finite number");
+        assert_eq!(error(&back), "the chart's time has the value inf; every time must be a finite number");
     }
 }

@@ -218,12 +218,12 @@ fn keys(of: &Scatter, mean_of: Option<&str>, (absent, crosses): (usize, usize), 
         shapes.push(shape(level, path, Style::Line(9.0)));
     }
     if let Some(mark) = mean_of {
-        end += &format!("; {mark} has the mean of its runs");
+        end += &format!("; {mark} shows the mean of its runs");
     }
     if absent > 0 {
         let runs = match absent {
             1 => "1 run".to_string(),
-            _ if crosses < absent => format!("where {absent} runs are"),
+            _ if crosses < absent => format!("positions of {absent} runs"),
             _ => format!("{absent} runs"),
         };
         end += &format!("; ×: {runs} {}", of.absent);
@@ -296,7 +296,7 @@ mod tests {
             (0..18).map(|run| (f64::from(run % 3) + 0.25, f64::from(run / 3 % 3), f64::from(run))).collect();
         let drawing = of(&samples, false);
         assert_eq!(corners(&drawing).len(), 9);
-        assert!(drawing.contains("a cell has the mean of its runs"));
+        assert!(drawing.contains("a cell shows the mean of its runs"));
         for tick in ["0.25", "1.25", "2.25"] {
             assert!(drawing.contains(&format!("text-anchor=\"middle\">{tick}</text>")), "{tick}");
         }
@@ -341,6 +341,6 @@ mod tests {
             let (first, last) = (row[0], row[row.len() - 1]);
             assert!((60..=67).contains(&row.len()) && first < LEFT + 10.0 && last > WIDTH - RIGHT - 20.0, "{row:?}");
         }
-        assert!(drawing.contains("×: where 800 runs are without settling"));
+        assert!(drawing.contains("×: positions of 800 runs without settling"));
     }
 }

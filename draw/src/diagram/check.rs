@@ -56,13 +56,13 @@ impl<'a> Checked<'a> {
                 return Err((element.line, what));
             };
             if let Some((_, other)) = terminals[..place].iter().find(|(other, _)| other == name) {
-                return Err((element.line, format!("shows {name}, as line {} does: remove one of them", other.line)));
+                return Err((element.line, format!("shows {name}, like line {}: remove one of them", other.line)));
             }
             let is_output = matches!(row.role, Role::Output | Role::Local);
             if is_output != matches!(element.shape, Shape::Output) {
                 let role = row.role.name();
                 let as_what =
-                    if is_output { "in a line of its own, output NAME 12,7" } else { "as an input or in a box" };
+                    if is_output { "on a line of its own, output NAME 12,7" } else { "as an input or in a box" };
                 return Err((element.line, format!("shows {name}, which is {role} in the table: show it {as_what}")));
             }
         }
@@ -86,8 +86,8 @@ impl<'a> Checked<'a> {
             terminals_of(self.table, &roles).into_iter().filter(is_missing).map(|row| row.name.as_str()).collect();
         if !missing.is_empty() {
             bail!(
-                "the diagram of {} does not show {}: add each as an input, an output, behind the 'with' of a box, or as a \
-                 switch",
+                "the diagram of {} does not show {}: add each as an input, an output, after the 'with' of a box, or as \
+                 a switch",
                 self.table.name,
                 missing.join(", ")
             );
@@ -115,7 +115,7 @@ impl<'a> Checked<'a> {
                 let (line, x) = (first.line, first.at.x / GRID);
                 return Err((
                     element.line,
-                    format!("is thrown by {variable}, as that of line {line}: put it at x = {x}, too"),
+                    format!("is controlled by {variable}, like the switch in line {line}: place it at x = {x}, too"),
                 ));
             }
         }
@@ -129,7 +129,7 @@ impl<'a> Checked<'a> {
             for other in &elements[..place] {
                 let areas = element.areas();
                 if areas.iter().any(|area| other.areas().iter().any(|covered| area.overlaps(covered))) {
-                    let what = format!("overlaps {} of line {}: move one of them", called(other), other.line);
+                    let what = format!("overlaps {} in line {}: move one of them", called(other), other.line);
                     return Err((element.line, what));
                 }
             }
@@ -145,7 +145,7 @@ impl<'a> Checked<'a> {
                 let covered = |area: &Area| wire.points.windows(2).any(|ends| area.overlaps(&line(ends[0], ends[1])));
                 if element.areas().iter().any(covered) {
                     let what =
-                        format!("leads through {} of line {}: add corners around it", called(element), element.line);
+                        format!("passes through {} in line {}: add corners around it", called(element), element.line);
                     return Err((wire.line, what));
                 }
             }
@@ -153,7 +153,7 @@ impl<'a> Checked<'a> {
                 let touched = other.points.iter().find(|corner| passes(&wire.points, **corner));
                 if let Some(Point { x, y }) = touched {
                     let (line, x, y) = (other.line, x / GRID, y / GRID);
-                    return Err((wire.line, format!("touches the wire of line {line} at {x},{y}: move one of them")));
+                    return Err((wire.line, format!("touches the wire in line {line} at {x},{y}: move one of them")));
                 }
             }
         }

@@ -66,7 +66,7 @@ impl<'a> Words<'a> {
             }
         }
         if text.matches('"').count() % 2 == 1 {
-            bail!("has a quote that does not end: put texts between two quotes");
+            bail!("has an unclosed quote: put texts between two quotes");
         }
         Ok(Words { words: words.into_iter() })
     }
@@ -80,8 +80,8 @@ impl<'a> Words<'a> {
     }
 
     fn point(&mut self) -> Result<Point> {
-        let word = self.need("the place, such as 12,7")?;
-        point(word).with_context(|| format!("has {word:?} where the place must be: write it as 12,7"))
+        let word = self.need("the position, such as 12,7")?;
+        point(word).with_context(|| format!("has {word:?} where the position must be: write it as 12,7"))
     }
 
     fn end(&mut self) -> Result<()> {
@@ -106,7 +106,7 @@ impl Diagram {
             _ => words.need("a name")?,
         };
         if let Some(other) = self.find(name).filter(|_| keyword != "value") {
-            bail!("uses the name {name} of line {} again: give it another", self.elements[other].line);
+            bail!("reuses the name {name} from line {}: choose another", self.elements[other].line);
         }
         let at = words.point()?;
         let shape = match keyword {
@@ -125,11 +125,11 @@ impl Diagram {
     }
 
     fn switch(&self, words: &mut Words, name: &str) -> Result<Shape> {
-        let word = words.need("TRUE upper or TRUE lower: the contact that TRUE takes")?;
+        let word = words.need("TRUE upper or TRUE lower: the contact for TRUE")?;
         let true_is_upper = match (word, words.next()) {
             ("TRUE", Some("upper")) => true,
             ("TRUE", Some("lower")) => false,
-            _ => bail!("does not say which contact TRUE takes: write TRUE upper or TRUE lower after the place"),
+            _ => bail!("does not specify the contact for TRUE: write TRUE upper or TRUE lower after the position"),
         };
         let mut variable = name.to_string();
         let mut constant = None;
@@ -147,7 +147,7 @@ impl Diagram {
                     };
                     constant = Some((is_true, words.need(WHAT)?.to_string()));
                 }
-                "by" => variable = words.need("the variable that throws it")?.to_string(),
+                "by" => variable = words.need("the variable that controls it")?.to_string(),
                 "below" => control = Control::Below,
                 _ => bail!("contains an unexpected {word:?}: a switch has only constant, by and below"),
             }
@@ -162,12 +162,12 @@ impl Diagram {
 fn symbol_of(name: &str) -> Result<&'static symbol::Symbol> {
     symbol::named(name).with_context(|| {
         let names: Vec<&str> = SYMBOLS.iter().map(|symbol| symbol.name).collect();
-        format!("asks for the symbol {name:?}: there are {}; or put a text in quotes", names.join(", "))
+        format!("uses the unknown symbol {name:?}: the symbols are {}; or put a text in quotes", names.join(", "))
     })
 }
 
 fn function(words: &mut Words, rest: &str) -> Result<Shape> {
-    let mut first = vec![words.need("a symbol, texts in quotes, or 'in' and the pins of a block inside")?];
+    let mut first = vec![words.need("a symbol, texts in quotes, or 'in' and the pins of an inner block")?];
     let mut with = None;
     while let Some(word) = words.next() {
         if word == "with" {
@@ -230,7 +230,7 @@ fn text(words: &mut Words) -> Result<Shape> {
 fn frame(words: &mut Words) -> Result<Shape> {
     let size = words.need("width and height, such as 30,20")?;
     let size = size.split_once(',').and_then(|(width, height)| Some((number(width)?, number(height)?)));
-    let (width, height) = size.context("has no width and height after the place: write them as 30,20")?;
+    let (width, height) = size.context("has no width and height after the position: write them as 30,20")?;
     let title = words.next().unwrap_or("").to_string();
     Ok(Shape::Frame { width: width * GRID, height: height * GRID, title })
 }

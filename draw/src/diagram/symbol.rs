@@ -28,14 +28,14 @@ const fn curve(name: &'static str, meaning: &'static str, axes: &'static str, li
 pub const SYMBOLS: &[Symbol] = &[
     Symbol {
         name: "analog_input",
-        meaning: "an analog input word becomes percent",
+        meaning: "conversion of an analog input word to percent",
         axes: "",
         lines: "M-20 13L20 -13",
         texts: &[(-11.0, -5.0, "W"), (12.0, 7.0, "%")],
     },
     Symbol {
         name: "analog_output",
-        meaning: "percent become an analog output word",
+        meaning: "conversion of percent to an analog output word",
         axes: "",
         lines: "M-20 13L20 -13",
         texts: &[(-11.0, -5.0, "%"), (12.0, 7.0, "W")],

@@ -187,11 +187,11 @@ fn a_faulty_line_is_refused_with_its_number_its_text_and_a_remedy() {
         "line 14 of the diagram, `pump 3,4`, begins with \"pump\": a line is a wire such as SP > SUM, or begins with icon, \
          input, output, box, sum, switch, text, value, frame",
     );
-    is("input SP 1,5", "input SP", "line 3 of the diagram, `input SP`, ends too early: add the place, such as 12,7");
+    is("input SP 1,5", "input SP", "line 3 of the diagram, `input SP`, ends too early: add the position, such as 12,7");
     is(
         "input SP 1,5",
         "input SP left",
-        "line 3 of the diagram, `input SP left`, has \"left\" where the place must be: write it as 12,7",
+        "line 3 of the diagram, `input SP left`, has \"left\" where the position must be: write it as 12,7",
     );
     is(
         "sum DIFF 12,5 left + bottom -",
@@ -201,37 +201,38 @@ fn a_faulty_line_is_refused_with_its_number_its_text_and_a_remedy() {
     is(
         "switch ON 50,6 TRUE upper constant FALSE 0.0",
         "switch ON 50,6",
-        "line 8 of the diagram, `switch ON 50,6`, ends too early: add TRUE upper or TRUE lower: the contact that TRUE takes",
+        "line 8 of the diagram, `switch ON 50,6`, ends too early: add TRUE upper or TRUE lower: the contact for TRUE",
     );
     is(
         "SP > DIFF",
         "SP > SUM",
-        "line 14 of the diagram, `SP > SUM`, names \"SUM\", which no line describes: there are SP, FLOW, DIFF, GAIN, DI_A, \
-         ON, LMN, RUNS, RUN",
+        "line 14 of the diagram, `SP > SUM`, names \"SUM\", which no line describes; the names are SP, FLOW, DIFF, \
+         GAIN, DI_A, ON, LMN, RUNS, RUN",
     );
     is(
         "FLOW > DIFF.bottom",
         "FLOW > DIFF",
-        "line 15 of the diagram, `FLOW > DIFF`, does not arrive level at 11.1,5 when it comes from 6,11: add a corner such \
+        "line 15 of the diagram, `FLOW > DIFF`, does not arrive horizontally at 11.1,5 from 6,11: add a corner such \
          as x9",
     );
     is(
         "55,6 > y14.5 > x40 > y20 > RUN",
         "55,7 > y14.5 > x40 > y20 > RUN",
-        "line 19 of the diagram, `55,7 > y14.5 > x40 > y20 > RUN`, begins at 55,7, where no wire of a line above passes: \
-         correct the point, or move the line down",
+        "line 19 of the diagram, `55,7 > y14.5 > x40 > y20 > RUN`, begins at 55,7, where no wire from a line above \
+         passes: correct the point, or move the line down",
     );
     assert!(refusal("box GAIN 20,5 multiply with GAIN", "box GAIN 20,5 times with GAIN").contains(
-        "asks for the symbol \"times\": there are analog_input, analog_output, normalize, dead_band, limit, multiply,"
+        "uses the unknown symbol \"times\": the symbols are analog_input, analog_output, normalize, dead_band, limit, \
+         multiply,"
     ));
     for (other, expected) in [
         ("SP > DIFF.above", "uses DIFF.above, which does not exist"),
-        ("SP > ON", "ends at the switch ON: say at which contact, ON.FALSE or ON.TRUE"),
+        ("SP > ON", "ends at the switch ON: specify the contact, ON.FALSE or ON.TRUE"),
         ("SP > x9", "is not a wire from one element to another"),
         ("SP >", "names \"\", which no line describes"),
         ("SP.left > DIFF", "uses SP other than from its right"),
-        ("text 1,1 \"e", "has a quote that does not end"),
-        ("input SP 1,20", "uses the name SP of line 3 again"),
+        ("text 1,1 \"e", "has an unclosed quote"),
+        ("input SP 1,20", "reuses the name SP from line 3"),
     ] {
         let refusal = refusal("SP > DIFF", other);
         assert!(refusal.contains(expected) && refusal.contains("line 14"), "{refusal}");
@@ -254,7 +255,7 @@ fn a_diagram_that_does_not_fit_its_table_is_refused() {
         (
             "box GAIN 20,5 multiply with GAIN",
             "box GAIN 20,5 multiply with GAIN CYCLE",
-            "shows CYCLE, as line 6 does: remove one",
+            "shows CYCLE, like line 6: remove one",
         ),
         (
             "box GAIN 20,5 multiply with GAIN",
@@ -262,9 +263,9 @@ fn a_diagram_that_does_not_fit_its_table_is_refused() {
             "shows LMN, which is output in the table",
         ),
         ("RUN > RUNS", "", "`output RUNS 58,20`, has no wire: add one"),
-        ("text 15,4 \"e\"", "text 20,5 \"e\"", "`text 20,5 \"e\"`, overlaps GAIN of line 6: move one of them"),
-        ("FLOW > DIFF.bottom", "FLOW > x20 > y7 > DIFF.bottom", "leads through GAIN of line 6: add corners around it"),
-        ("FLOW > DIFF.bottom", "FLOW > x10 > y5 > DIFF.bottom", "touches the wire of line 15 at 10,5"),
+        ("text 15,4 \"e\"", "text 20,5 \"e\"", "`text 20,5 \"e\"`, overlaps GAIN in line 6: move one of them"),
+        ("FLOW > DIFF.bottom", "FLOW > x20 > y7 > DIFF.bottom", "passes through GAIN in line 6: add corners around it"),
+        ("FLOW > DIFF.bottom", "FLOW > x10 > y5 > DIFF.bottom", "touches the wire in line 15 at 10,5"),
     ] {
         let refusal = refusal(line, other);
         assert!(refusal.contains(expected), "{refusal}");

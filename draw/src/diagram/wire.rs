@@ -134,7 +134,8 @@ impl Diagram {
             let wire = self.wires.iter().find(|wire| passes(&wire.points, *at)).with_context(|| {
                 let (x, y) = (at.x / GRID, at.y / GRID);
                 format!(
-                    "begins at {x},{y}, where no wire of a line above passes: correct the point, or move the line down"
+                    "begins at {x},{y}, where no wire from a line above passes: correct the point, or move the line \
+                     down"
                 )
             })?;
             return Ok((*at, None, wire.signal));
@@ -143,7 +144,7 @@ impl Diagram {
         let at = self.meet(element, place.unwrap_or(Place::Side(Side::Right, 0.0)))?;
         if let Some(other) = self.wires.iter().find(|wire| wire.points[0] == at) {
             bail!(
-                "begins where the wire of line {} begins: let it branch off that wire, as in {},{} > ...",
+                "begins where the wire in line {} begins: let it branch off that wire, as in {},{} > ...",
                 other.line,
                 at.x / GRID + 1.0,
                 at.y / GRID
@@ -165,7 +166,7 @@ impl Diagram {
             (Some(place), _) => place,
             (None, Shape::Switch { .. }) => {
                 let name = &self.elements[to].name;
-                bail!("ends at the switch {name}: say at which contact, {name}.FALSE or {name}.TRUE")
+                bail!("ends at the switch {name}: specify the contact, {name}.FALSE or {name}.TRUE")
             }
             (None, _) => Place::Side(Side::Left, 0.0),
         };
@@ -178,7 +179,7 @@ impl Diagram {
         let Some(name) = name else { return Ok(()) };
         let known = &mut self.signals[signal];
         if !known.is_empty() && known != name {
-            bail!("names the signal {name}, which a line above names {known}: keep one of the names");
+            bail!("names the signal {name}, which a line above names {known}: keep only one of the names");
         }
         *known = name.to_string();
         Ok(())
@@ -196,7 +197,7 @@ impl Diagram {
         }
         let ends = self.elements.iter().filter(|element| element.has_wires());
         let names: Vec<&str> = ends.map(|element| element.name.as_str()).collect();
-        bail!("names {name:?}, which no line describes: there are {}", names.join(", "))
+        bail!("names {name:?}, which no line describes; the names are {}", names.join(", "))
     }
 
     fn meet(&self, element: usize, place: Place) -> Result<Point> {
@@ -212,11 +213,13 @@ impl Diagram {
         at.with_context(|| {
             let name = &element.name;
             if let Place::Pin(pin) = place {
-                return format!("uses {name}.{pin}, which does not exist: ends are a pin, a side, such as {name}.top, or a contact");
+                return format!(
+                    "uses {name}.{pin}, which does not exist: an end is a pin, a side such as {name}.top, or a contact"
+                );
             }
             match element.shape {
-                Shape::Input => format!("uses {name} other than from its right: an input begins a wire"),
-                Shape::Output => format!("uses {name} other than from its left: an output ends a wire"),
+                Shape::Input => format!("uses {name} other than from its right: wires start at an input"),
+                Shape::Output => format!("uses {name} other than from its left: wires end at an output"),
                 Shape::Switch { .. } => {
                     format!("uses {name} incorrectly: write {name}.FALSE or {name}.TRUE for its inputs, and {name} otherwise")
                 }
@@ -255,8 +258,8 @@ fn route(start: Point, corners: &[Word], end: Point, is_upright: bool) -> Result
     if last.len() < 2 || !fits([last[0], last[1]]) {
         let (axis, middle) = if is_upright { ('y', (start.y + end.y) / 2.0) } else { ('x', (start.x + end.x) / 2.0) };
         bail!(
-            "does not arrive {} at {},{} when it comes from {},{}: add a corner such as {axis}{}",
-            if is_upright { "upright" } else { "level" },
+            "does not arrive {} at {},{} from {},{}: add a corner such as {axis}{}",
+            if is_upright { "vertically" } else { "horizontally" },
             end.x / GRID,
             end.y / GRID,
             start.x / GRID,
