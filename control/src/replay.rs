@@ -329,7 +329,7 @@ fn read_otherwise(
             let as_manual = Reading { base, suspects, ..reading };
             if is_like_limit && let Some(mut by_hand) = by_hand(block, csv, request, f64::INFINITY)? {
                 by_hand.suspects.iter_mut().for_each(|suspect| suspect.is_sure = false);
-                remarks.push(format!("{told} That explains it, too."));
+                remarks.push(format!("{told} This also explains the recording."));
                 return Ok(by_hand);
             }
             remarks.push(told);

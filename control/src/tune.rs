@@ -648,7 +648,7 @@ fn looseness(controller: &Controller, request: &TuneRequest, predicted: &Predict
     let pulse = shortest_pulse(controller, &request.model).map_or(0.0, |(_, moved)| moved / 2.0);
     let reach = width + pulse;
     let number = |number: f64| short(rounded(number, 3));
-    let half_a_pulse = || format!(" plus half of what the shortest pulse moves ({})", number(pulse));
+    let half_a_pulse = || format!(" plus half the effect of the shortest pulse ({})", number(pulse));
     (width > 0.0 && reach > band).then(|| {
         format!(
             "{name} = {}{} is wider than the band of {} on either side of the setpoint in which this step counts as \

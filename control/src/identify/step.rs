@@ -316,8 +316,8 @@ impl Step {
             && !self.is_reversed(moving)
         {
             bail!(
-                "the process value stops at {} after {} s while it moves fast: it is at the end of its range, or the \
-                 actuator is: make a smaller step",
+                "the process value stops at {} after {} s while moving fast: it, or the actuator, is at the end of its \
+                 range: make a smaller step",
                 short(last),
                 short(self.times[stop])
             );
@@ -418,7 +418,7 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     let span = high - low;
     if span <= 1e-12 * low.abs().max(high.abs()) {
         bail!(
-            "no step found: the manipulated value is {low} all the time; change it once in manual mode while recording"
+            "no step found: the manipulated value is constant at {low}; change it once in manual mode while recording"
         );
     }
     let threshold = (STEP * span).max(10.0 * typical_change(input));

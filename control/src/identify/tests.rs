@@ -468,7 +468,7 @@ fn a_process_value_at_the_end_of_its_range_is_refused() {
 fn a_record_without_a_step_says_what_is_there_instead() {
     let mut record = Record::new(lag(2.0, 10.0, 3.0), 10.0, 0.1, 100.0);
     record.input.fill(40.0);
-    assert!(record.error(Method::Area).starts_with("no step found: the manipulated value is 40 all the time"));
+    assert!(record.error(Method::Area).starts_with("no step found: the manipulated value is constant at 40"));
     let count = record.input.len() as f64;
     record.input = (0..record.input.len()).map(|at| 50.0 * at as f64 / count).collect();
     assert!(record.error(Method::Area).contains("never by more than"), "{}", record.error(Method::Area));

@@ -525,7 +525,7 @@ impl Recording {
                 let gaps = self.times.windows(2).filter(|pair| pair[1] - pair[0] > 1.6 * spacing).count();
                 remarks.push(format!(
                     "{gaps} {} longer than the others, the first after line {} ({} s): rows or calls are missing.",
-                    if gaps == 1 { "step of the time is" } else { "steps of the time are" },
+                    if gaps == 1 { "time step is" } else { "time steps are" },
                     self.lines[row],
                     short(self.times[row])
                 ));

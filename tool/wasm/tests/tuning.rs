@@ -187,7 +187,7 @@ fn a_dead_band_beyond_the_band_of_the_settling_time_is_told() {
     let motor = [("CYCLE", 0.1), ("PULSE_TM", 0.1), ("BREAK_TM", 0.1), ("MTR_TM", 50.0)];
     let valve = |dead_band| told("CONT_S", &[&motor[..], &[("DEADB_W", dead_band)]].concat());
     assert_eq!(valve(0.1), None);
-    assert_eq!(valve(0.15), expected("DEADB_W = 0.15 plus half of what the shortest pulse moves (0.1)", 12.5));
+    assert_eq!(valve(0.15), expected("DEADB_W = 0.15 plus half the effect of the shortest pulse (0.1)", 12.5));
 }
 
 #[test]
