@@ -352,7 +352,7 @@ def test_a_value_outside_its_range_is_taken_with_a_warning(plcfmu):
 @pytest.mark.parametrize("setting, reason", [
     ("GAIN=x", "is not a number"), ("GAINS=1", "has no input or parameter GAINS"), ("LMN=1", "has no input or parameter LMN"),
     ("TI=-1", "a TIME accepts 0 ... 2147483.647 s"), ("CYCLE=0", "at least 0.001 s"), ("MAN_ON=2", "a BOOL accepts 0 and 1"),
-    ("PV_PER=70000", "a WORD takes"),
+    ("PV_PER=70000", "a WORD accepts"),
 ])
 def test_a_value_that_the_fmu_does_not_take_is_refused(plcfmu, setting, reason, tmp_path):
     done = plcfmu("preset", host.FOLDER / "CONT_C.fmu", "--set", setting, "-o", "a.fmu")

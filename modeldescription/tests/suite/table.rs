@@ -280,8 +280,8 @@ fn a_value_that_its_type_does_not_have_is_refused() {
         error.to_string()
     };
     assert_eq!(refused("INT", "start 0.5"), "the library's table of BLOCK: X is 0.5: an INT accepts -32768 ... 32767");
-    assert!(refused("INT", "max 32768.0").contains("X is 32768.0: an INT takes"));
-    assert!(refused("WORD", "start -32769.0").contains("X is -32769.0: a WORD takes"));
+    assert!(refused("INT", "max 32768.0").contains("X is 32768.0: an INT accepts"));
+    assert!(refused("WORD", "start -32769.0").contains("X is -32769.0: a WORD accepts"));
     assert!(refused("BOOL", "start 2.0").contains("X is 2.0: a BOOL accepts 0 and 1"));
 }
 
