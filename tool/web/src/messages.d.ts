@@ -17,7 +17,7 @@ place: [string, number] | null,
 /** Its declaration in SCL. */
 text: string, };
 
-/** Open loops over the frequencies that the calls of the controller can show. */
+/** Open loops, up to the highest frequency that the controller's calls can represent. */
 export type Bode = {
 /** Ascending, in radians per second. */
 frequencies: Array<number>,
@@ -30,7 +30,7 @@ export type BodeRequest = {
 model: Model,
 /** The controller with the settings of the first loop. */
 controller: Member,
-/** The settings in which each additional loop differs, such as those of a rule. */
+/** For each additional loop, the settings that differ from the first loop's, such as those of a rule. */
 others: Array<Values>, };
 
 /** A call of an instance. */
@@ -52,7 +52,7 @@ formats: Array<[string, string]>, };
 /** The event that begins a part of a run. */
 export type Cause = "start" | "setpoint" | "automatic" | "disturbance";
 
-/** One change of a setting of the block, or of its calls. */
+/** A change to one of the block's settings, or to its calls. */
 export type Change = { "setting": {
 /** The setting. */
 name: string,
@@ -71,14 +71,14 @@ line: number,
 /** The time of the row in seconds. */
 time: number, } };
 
-/** Whose. */
+/** The block whose characteristics are requested. */
 export type CharacteristicRequest = {
 /** The block with its settings. */
 member: Member, };
 
 /** The characteristics that the block's table describes, with these settings. */
 export type Characteristics = {
-/** One for each characteristic of the table that sweeps another variable or shows others. */
+/** One for each characteristic in the table that differs in the swept variable or in the outputs shown. */
 sweeps: Array<Sweep>, };
 
 /** The check of a block's settings. */
@@ -130,7 +130,7 @@ allowed: number,
  * from row to row without a trend. 0 for a switch.
  */
 noise: number,
-/** To draw: times in seconds. */
+/** The times of the curves to draw, in seconds. */
 times: Array<number>,
 /** The recorded values. */
 recorded: Array<number>,
@@ -141,7 +141,7 @@ computed: Array<number>, };
 export type Compiled = {
 /** The name in the catalogue under which the program runs; `None` if it was refused. */
 fmu: string | null,
-/** The block that runs. */
+/** The block to run. */
 block: string,
 /** Errors, and warnings for the author, in the order of the sources. */
 problems: Array<Finding>,
@@ -149,7 +149,7 @@ problems: Array<Finding>,
 candidates: Array<string>,
 /** The time between two calls in seconds. */
 cycle: number,
-/** The origin of the cycle. */
+/** Where the cycle comes from. */
 cycle_from: string,
 /** The texts of the sources. */
 sources: Array<SourceText>,
@@ -168,13 +168,14 @@ assumptions: Array<Assumption>, };
 export type Conclusion = "equal" | "rounded" | "differs" | "cause" | "likely_cause" | "ambiguous" | "coarse" | "unexplained";
 
 /**
- * Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its
- * last one, with the lowest and the highest value of each variable in the group, in the order in which they occur.
+ * Curves: each row is a call. If they are not exact, each pair of rows represents a group of calls, at the times of
+ * its first and its last one, with the lowest and the highest value of each variable in the group, in the order in
+ * which they occur.
  */
 export type Curves = {
 /** The times in seconds. */
 times: Array<number>,
-/** The values of each variable at these times; `null` is not a number; true is 1. */
+/** The values of each variable at these times; `null` stands for NaN; true is 1. */
 values: (number | null)[][],
 /** Their units. */
 units: Array<string | null>,
@@ -189,31 +190,31 @@ run?: number | null,
 from?: number | null,
 /** The end in seconds; by default the last call. */
 to?: number | null, } } | { "csv": {
-/** The text. */
+/** The text of the file. */
 text: string,
-/** The column of the time; by default found by its name. */
+/** The time column; by default recognized by its name. */
 time?: string | null,
-/** The column of the manipulated value; by default found by its name. */
+/** The column of the manipulated value; by default recognized by its name. */
 input?: string | null,
-/** The column of the process value; by default found by its name. */
+/** The column of the process value; by default recognized by its name. */
 output?: string | null,
-/** The rows to use, in the file's seconds. */
+/** The time of the first row to use, in the file's seconds. */
 from?: number | null,
-/** The end. */
+/** The time of the last row to use, in the file's seconds. */
 to?: number | null, } };
 
 /** The operands that decided a truth value. */
 export type Decision = {
 /** The value; `None` if it was not calculated in this call. */
 truth: boolean | null,
-/** The part of each operand in the decision: `decided`, `shared` (a reason, but not alone), `idle`. */
+/** The role of each operand in the decision: `decided`, `shared` (one reason of several), `idle`. */
 parts: ("decided" | "shared" | "idle")[],
 /** The values of the operands when they were calculated; `None` for one that is not a Boolean. */
 values: Array<boolean | null>,
 /** The numbers of the deciding truth values, as for wires. */
 wires: Array<number>, };
 
-/** The decisions behind an assignment. */
+/** The decisions that led to an assignment. */
 export type Decisions = {
 /** On the value; `None` if it is not a truth value. */
 value: Decision | null,
@@ -224,7 +225,7 @@ guards: Array<Decision | null>, };
 export type Description = {
 /** Its name in the catalogue. */
 name: string,
-/** The name of its block, by which parameter files know it. */
+/** The name of its block, as used in parameter files. */
 block: string,
 /** A summary in one sentence. */
 summary: string,
@@ -292,7 +293,7 @@ events: Array<Event>,
 /** The number of calls made by the run. */
 calls: number, };
 
-/** When values go from output to input. */
+/** When values are passed from outputs to inputs. */
 export type Exchange = "sequential" | "parallel";
 
 /** The file to export. */
@@ -308,11 +309,11 @@ origin: string,
  * value of their original file, or the block's start value.
  */
 stimuli: boolean, } | { "what": "source",
-/** The file as it was opened. */
+/** The file as opened. */
 file: ReadFile,
 /** The loops of the file with changed values. */
 loops: Array<Loop>,
-/** As for a new parameter file. */
+/** Whether the file contains the present stimuli, as for a new parameter file. */
 stimuli: boolean, } | { "what": "description",
 /** The run; by default the present one. */
 run?: number | null, } | { "what": "csv",
@@ -364,25 +365,25 @@ export type Field = {
 /** The variable. */
 name: string,
 /**
- * The condition under which it has an effect: each inner list is joined by AND, the lists by OR; empty is always.
- * `(name, wanted)`.
+ * The condition under which it has an effect, as pairs `(name, wanted)`: each inner list is joined by AND, the
+ * lists by OR; always if empty.
  */
 used_if: Array<Array<[string, boolean]>>, };
 
 /** A figure of a run. */
 export type Figure = {
-/** Its name, `settling`. */
+/** Its name, such as `settling`. */
 key: string,
-/** Its title, `Settling time`. */
+/** Its title, such as `Settling time`. */
 title: string,
 /** A short description. */
 meaning: string,
-/** Its value; `None` if the remarks give the reason. */
+/** Its value; `None` if it is missing for the reason given in the remarks. */
 value: number | null,
 /** Its unit. */
 unit: string | null, };
 
-/** The figures of a run, as far as its signals permit. */
+/** The figures of a run that its signals permit. */
 export type Figures = {
 /** The beginning of their window, in seconds. */
 from: number,
@@ -403,14 +404,14 @@ export type FiguresRequest = {
 run?: number | null,
 /** The beginning in seconds; by default that of the last step. */
 from?: number | null,
-/** The end in seconds; without it and without a beginning, that of the last step's window. */
+/** The end in seconds; if neither end nor beginning is given, that of the last step's window. */
 to?: number | null,
 /** The unit of the process value, if its variable has none. */
 unit?: string | null,
 /** The unit of the manipulated value, if its variable has none. */
 travel_unit?: string | null, };
 
-/** A message on a place in a source. */
+/** A message about a place in a source. */
 export type Finding = {
 /** The source's name; empty if it concerns all of them. */
 file: string,
@@ -425,7 +426,7 @@ help: string | null,
 /** Whether it is an error, which prevents the program from running. */
 is_error: boolean, };
 
-/** A step that the identified plant predicts. */
+/** A step as predicted by the identified plant. */
 export type Forecasted = {
 /** The controller's settings in force that have an effect, as a list. */
 settings: string,
@@ -434,7 +435,7 @@ figures: { [key in string]: number },
 /** Whether the run agrees with the prediction, in a sentence or two. */
 verdict: string, };
 
-/** The source of an input pin: an operand, the output pin of another element, or else the power rail. */
+/** The source of an input pin: an operand, the output pin of another element or, if neither, the power rail. */
 export type From = {
 /** The variable or the constant. */
 operand: Operand | null,
@@ -483,26 +484,26 @@ band: number | null,
 /** The variables that disturbed the loop, each with its last value. */
 by: Array<Set>, };
 
-/** A model with how well it fits. */
+/** A model and the quality of its fit. */
 export type Identified = {
 /** The model. */
 model: Model,
 /** The quality of the fit: 100 (1 - NRMSE) in percent. */
 fit: number,
-/** The data used and the model's response, for a chart. */
+/** The times of a chart of the measured and the modelled response, in seconds. */
 times: Array<number>,
 /** The measured process value. */
 measured: Array<number>,
 /** The model's process value. */
 modelled: Array<number>,
-/** Remarks for the user, a sentence each. */
+/** Remarks for the user, one sentence each. */
 remarks: Array<string>, };
 
 /** The data from which to identify a plant, and the method. */
 export type IdentifyRequest = {
 /** The recorded step. */
 data: Data,
-/** How. */
+/** The method. */
 method: Method,
 /** Whether the plant integrates. */
 is_integrating: boolean, };
@@ -518,16 +519,16 @@ sources: Array<From>, };
 
 /** An instance of a block. */
 export type Instance = {
-/** Its path, as the FMU names it: `motors[1]`; that of the program itself is empty. */
+/** Its path as named in the FMU, such as `motors[1]`; empty for the program itself. */
 path: string,
 /** Its block. */
 block: string,
-/** Whether that is a block of the catalogue, and not in SCL. */
+/** Whether the block is a catalogue block rather than SCL code. */
 is_native: boolean, };
 
 /** A loop that is known to work. */
 export type KnownLoop = {
-/** The name of its description, `furnace`. */
+/** The name of its description, such as `furnace`. */
 name: string,
 /** Its title. */
 title: string,
@@ -539,7 +540,7 @@ setup: Setup,
 stop: number | null,
 /** The settings made during the run: the time in seconds, `MEMBER.VARIABLE`, and the value. */
 events: Array<[number, string, Value]>,
-/** The members that are programs: their FMUs have to be built from their sources. */
+/** The members that are programs: their FMUs must be built from their sources. */
 programs: Array<MadeOf>, };
 
 /** The loop after a load step at the plant's input. */
@@ -553,7 +554,10 @@ size: number,
 deviation: number,
 /** The time in seconds after the load from which the deviation stays within the band; `None` if it does not. */
 recovery: number | null,
-/** The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not recover. */
+/**
+ * The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not
+ * recover.
+ */
 iae: number | null,
 /** Half the width of the band around the setpoint in which the loop has recovered, in its unit. */
 band: number, };
@@ -564,7 +568,7 @@ export type Loop = {
 name: string,
 /** Its title in the file. */
 title: string | null,
-/** Its block, the name of one in the catalogue. */
+/** The name of its block in the catalogue. */
 block: string,
 /** The time between two calls. */
 cycle: number | null,
@@ -582,7 +586,7 @@ export type LoopValue = {
 name: string,
 /** Its value. */
 value: Value,
-/** The origin of the value, `plant.awl:12:8`; `None` for the block's start value. */
+/** The origin of the value, such as `plant.awl:12:8`; `None` for the block's start value. */
 origin: string | null,
 /** The value in the file, if it differs by now. */
 file: Value | null, };
@@ -611,7 +615,7 @@ export type Member = {
 name: string,
 /** The FMU's name in the catalogue. */
 fmu: string,
-/** Its settings; the others have their start values. */
+/** Its settings; other variables have their start values. */
 values: Values, };
 
 /** The method of identification. */
@@ -620,15 +624,15 @@ export type Method = "tangent" | "two_points" | "area" | "least_squares";
 /**
  * A plant: a lag with dead time, or an integrator with dead time.
  *
- * The gain is that between the manipulated value that leaves the controller and the process value that the controller
- * compares with the setpoint. A model identified from a loop's signals has this gain: it includes the factors and
- * offsets that the block applies to the process value (PV_FAC). It does not include those applied to the manipulated
- * value inside the block (LMN_FAC); [`tune`](crate::tune) takes them into account.
+ * The gain is measured from the controller's output to the process value that the controller compares with the
+ * setpoint. A model identified from a loop's signals has this gain: it includes the factors and offsets that the block
+ * applies to the process value (PV_FAC). It does not include those applied to the manipulated value inside the block
+ * (LMN_FAC); [`tune`](crate::tune) takes them into account.
  */
 export type Model = {
-/** K in units of the process value per unit of the manipulated value; per second of an integrating plant. */
+/** K in units of the process value per unit of the manipulated value; per second for an integrating plant. */
 gain: number,
-/** T in seconds; 0 of an integrating plant. */
+/** T in seconds; 0 for an integrating plant. */
 time_constant: number,
 /** A second lag in seconds, or 0. */
 second_time_constant: number,
@@ -637,9 +641,12 @@ dead_time: number,
 /** Whether the plant integrates. */
 is_integrating: boolean, };
 
-/** The activity of a program in its last call, beside the values of its variables, which are in the state of the run. */
+/**
+ * The activity of a program in its last call, apart from the values of its variables, which are in the state of the
+ * run.
+ */
 export type Monitored = {
-/** The temporaries of the block that runs, at the end of the call. */
+/** The temporaries of the running block, at the end of the call. */
 temps: Values,
 /** Its STRINGs and WSTRINGs at the end of the call; a run has numbers only. */
 texts: { [key in string]: string },
@@ -663,13 +670,13 @@ last: Value,
 /** Its value in the loop. */
 before: Value, };
 
-/** A variable that a line names. */
+/** A variable named in a line. */
 export type Named = {
 /** The line number, from 1. */
 line: number,
 /** The variable, as the FMU names it; an index may be the path of another variable. */
 path: string,
-/** Whether it is global, as in `"DB".x`. A name without quotation marks and `#` may be either. */
+/** Whether it is global, as in `"DB".x`. A name with neither quotation marks nor `#` may be either. */
 is_global: boolean, };
 
 /** A network. */
@@ -686,17 +693,17 @@ line: number,
 labels: Array<string>,
 /** Whether it has a power rail, as in LAD. */
 has_rail: boolean,
-/** Its elements, each after those it needs. */
+/** Its elements; inputs refer to them by index. */
 elements: Array<Element>, };
 
 /** An input that needs a connection. */
 export type Open = {
 /** The input, `MEMBER.VARIABLE`. */
 input: string,
-/** A sentence on what is missing. */
+/** The problem, in a sentence. */
 text: string, };
 
-/** An open loop with its margins. A margin that is infinite is absent. */
+/** An open loop with its margins. Infinite margins are absent. */
 export type OpenLoop = {
 /** At each frequency, in dB. */
 amplitude: Array<number>,
@@ -732,7 +739,7 @@ pin: string,
 is_negated: boolean,
 /** The variables it writes. */
 targets: Array<Operand>,
-/** The number under which its value is recorded; none if it is unconnected or carries the power rail. */
+/** The number under which its value is recorded; `None` if it is unconnected or carries the power rail. */
 wire: number | null,
 /** Whether it carries the power rail's value. */
 is_rail: boolean, };
@@ -741,7 +748,7 @@ is_rail: boolean, };
 export type Passed = {
 /** The formal parameter. */
 formal: string,
-/** The variable passed; a computed value has none. */
+/** The variable passed; `None` for a computed value. */
 path: string | null,
 /** The line, from 1. */
 line: number, };
@@ -782,7 +789,7 @@ remarks: Array<string>, };
 export type PresetRequest = {
 /** The loop with its values. */
 of: Loop,
-/** The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, as far as they exist. */
+/** The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, where they exist. */
 files: { [key in string]: string }, };
 
 /** A problem or a remark at a place in a file. */
@@ -793,7 +800,7 @@ place: [number, number] | null,
 message: string,
 /** The remedy. */
 help: string | null,
-/** The user must choose the block whose parameters the file contains. */
+/** Whether the user must choose the block whose parameters the file contains. */
 asks_for_block: boolean, };
 
 /**
@@ -803,31 +810,31 @@ asks_for_block: boolean, };
 export type Program = {
 /** The sources. */
 files: Array<SourceFile>,
-/** The name of the FMU, an identifier of C; by default that of the block. */
+/** The name of the FMU, a C identifier; by default the name of the block. */
 name?: string | null,
 /**
- * The time between two calls in milliseconds, at least 1; a message has a number of seconds, a file a text with a unit. An FMU
- * needs one.
+ * The time between two calls in milliseconds, at least 1: a number of seconds in a message, a string with a unit
+ * in a file. Required for an FMU.
  */
 cycle?: number | null,
-/** The block to run, or the data block with its instance; by default the block that no other block uses. */
+/** The block to run, or its instance data block; by default the block that no other block uses. */
 run?: string | null,
-/** The CPU, `300`, `1200` or `1500`; by default that of the sources' dialect. */
+/** The CPU, `300`, `1200` or `1500`; by default the one implied by the sources' dialect. */
 cpu?: string | null,
-/** The most statements in a call; by default a million. */
+/** The maximum number of statements per call; one million by default. */
 budget?: number | null,
-/** Inputs that are tunable parameters. */
+/** Inputs to expose as tunable parameters. */
 parameters: Array<string>,
-/** Parameters and locals that are inputs. */
+/** Parameters and locals to expose as inputs. */
 inputs: Array<string>,
-/** Locals that are outputs. */
+/** Locals to expose as outputs. */
 outputs: Array<string>,
-/** Names that no source declares, and their types: PLC tags and instances. The first of a name counts. */
+/** Names that no source declares, and their types: PLC tags and instances. The first entry for a name wins. */
 tags: Array<[string, string]>,
 /** Constants that no source declares, and their values as literals. */
 constants: Array<[string, string]>, };
 
-/** How a controller and a plant are connected. */
+/** How to connect a controller and a plant. */
 export type Proposal = {
 /** The proposed connections. */
 connections: Array<Wire>,
@@ -837,7 +844,7 @@ others: Array<Wire>,
 values: Values,
 /** The communication step that goes with them; by default the controller's cycle. */
 step: number | null,
-/** When values go from output to input, in the known loop on which the proposal is based. */
+/** When values pass from output to input, in the known loop on which the proposal is based. */
 exchange: Exchange,
 /** Unconnected inputs that need a connection. */
 open: Array<Open>,
@@ -848,7 +855,7 @@ remarks: Array<string>, };
 export type Ratio = {
 /** RATIOFAC. */
 ratio: number,
-/** The model to tune the controller with: the weaker gain, the longer dead time. */
+/** The model for tuning the controller: the weaker gain, the longer dead time. */
 model: Model,
 /** Remarks for the user, one sentence each. */
 remarks: Array<string>, };
@@ -882,9 +889,9 @@ hysteresis?: number | null, };
 export type RelayTested = {
 /** The state of the run after the test, with the previous mode, manual value and setpoint. */
 state: State,
-/** The time from which the plant was held, in seconds. */
+/** When the hold of the plant began, in seconds. */
 from: number,
-/** Ultimate gain and period in seconds, as the rule of Ziegler and Nichols takes them. */
+/** Ultimate gain, and ultimate period in seconds: the inputs of the Ziegler–Nichols rule. */
 ultimate: [number, number],
 /** The amplitude of the process value while the relay switches. */
 swing: number,
@@ -913,7 +920,7 @@ export type ReplayRequest = {
 controller: Member,
 /** The text of the CSV file. */
 text: string,
-/** The assignment of columns to variables of the block; `time` is the time. By default, by their names. */
+/** The assignment of columns to variables of the block, or to `time`. By default, columns are matched by name. */
 columns: Array<[string, string]>,
 /** The deviation up to which a value counts as equal; by default, the recording's resolution. */
 tolerance?: number | null,
@@ -928,7 +935,7 @@ columns: Array<[string, string]>,
 calls: number,
 /** One for each output in the file. */
 outputs: Array<Compared>,
-/** The settings in which the recording differs from the loop: it was replayed with the recorded ones. */
+/** The settings whose recorded values differ from the loop's: the recorded ones were used. */
 settings: Array<Change>,
 /**
  * The settings that change during the recording and end with a value other than the loop's: the recorded values
@@ -1046,11 +1053,11 @@ setpoint: number, };
 
 /** The roles of an FMU's variables in a loop. All names are the FMU's own. */
 export type Roles = {
-/** The setpoint that a user changes. */
+/** The setpoint changed by the user. */
 setpoint: string | null,
-/** The variable of the process value: an input of a controller, an output of a plant. */
+/** The process value: an input of a controller, an output of a plant. */
 process_value: string | null,
-/** The process value that is drawn, in the setpoint's unit. */
+/** The process value to plot, in the setpoint's unit. */
 shown_process_value: string | null,
 /** The manipulated value: an output of a controller, an input of a plant. */
 manipulated_value: string | null,
@@ -1058,11 +1065,11 @@ manipulated_value: string | null,
 manual: [string, string] | null,
 /** The switch to manual mode and the manual pulses, up and down, of a controller without a manual value. */
 manual_pulses: [string, [string, string]] | null,
-/** GAIN, TI, TD and TM_LAG, or those of them that the block has. */
+/** GAIN, TI, TD and TM_LAG, if the block has them. */
 controller: Array<string>,
-/** The switches of the P, I and D action. */
+/** The switches for the P, I and D actions. */
 structure: Array<string>,
-/** Pulses: outputs of a controller (up, down or heat, cool), inputs of a plant. */
+/** The pulses: outputs of a controller (up, down or heat, cool), inputs of a plant. */
 pulses: Array<string>,
 /** The settings of the pulse former: period, shortest pulse, ratio. */
 pulse_former: Array<string>,
@@ -1074,15 +1081,15 @@ limits: [string, string] | null,
 dead_band: string | null,
 /** The shortest pulse of a step controller. */
 shortest_pulse: string | null,
-/** The input that makes a complete restart. */
+/** The input that triggers a complete restart. */
 restart: string | null,
-/** The settings among the inputs, see [`Roles::is_stimulus`]. */
+/** The inputs that are settings; see [`Roles::is_stimulus`]. */
 settings: Array<string>,
-/** The stimuli among the parameters. */
+/** The parameters that are stimuli. */
 stimuli: Array<string>,
 /**
- * More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS. A `fault` is an output that is TRUE
- * while a plant has stopped, such as a tripped drive.
+ * Further signals, as pairs of meaning and variable, such as `high stop`: LMNR_HS. Controller and plant use the
+ * same meanings. A `fault` is an output that is TRUE while a plant has stopped, such as a tripped drive.
  */
 signals: Array<[string, string]>, };
 
@@ -1095,7 +1102,7 @@ export type RuleOutcome = {
 rule: Rule,
 /** Its name. */
 name: string,
-/** The settings, and the prediction for the same step as those of all other rows. */
+/** The settings, and the prediction for the same step as in all other rows. */
 tuned: Tuned | null,
 /** The reason why there are no settings. */
 refusal: string | null, };
@@ -1107,13 +1114,13 @@ rows: Array<RuleOutcome>,
 /** The reasons for missing metrics, a line for each. */
 missing: Array<string>, };
 
-/** A value that is set while a loop runs. */
+/** A value set while a loop runs. */
 export type Set = {
 /** When, in seconds. */
 time: number,
 /** `MEMBER.VARIABLE` */
 variable: string,
-/** The value; true is 1. None: another member took the place of this one. */
+/** The value; true is 1. `None` if another member replaced this one. */
 value: number | null,
 /** The value before, if it is known. */
 before: number | null, };
@@ -1122,7 +1129,7 @@ before: number | null, };
 export type Settle = {
 /** The maximum number of calls, at least one. */
 calls: number,
-/** The time from which it is watched, in seconds: when the user started it. */
+/** The time from which the loop is watched, in seconds: when the user started the run. */
 from: number, };
 
 /** The result of a run until the loop is at rest. */
@@ -1141,22 +1148,22 @@ swings: boolean, };
 export type Setup = {
 /** The FMUs, in the order in which they are stepped. */
 members: Array<Member>,
-/** From an output to an input, both `MEMBER.VARIABLE`. */
+/** The connections, each from an output to an input, both `MEMBER.VARIABLE`. */
 connections: Array<[string, string]>,
 /** The communication step; by default the first member's cycle. */
 step: number | null,
-/** When values go from output to input. */
+/** When values pass from output to input. */
 exchange: Exchange, };
 
 /** A setting changed during the recording, with the time of the change. */
 export type Since = {
-/** The setting, its value from there on, and that before it. */
+/** The setting, with its values after and before the change. */
 change: Change,
 /** The likeliest first call with the new value, from 0, with its time in seconds. */
 at: [number, number],
-/** The first call that may have been it. */
+/** The earliest call that may have been the first with the new value. */
 earliest: [number, number],
-/** The last one: another call between explains the recording as well, with another value perhaps. */
+/** The latest such call. Any call in between explains the recording equally well, possibly with another value. */
 latest: [number, number], };
 
 /** A source. */
@@ -1185,7 +1192,10 @@ time: number,
 step: number,
 /** The values of all variables in the row of the last call, by `MEMBER.VARIABLE`. */
 values: Values,
-/** The values after the last call, where members act in parallel: the outputs in its row are those of the call before. */
+/**
+ * The values after the last call if members act in parallel, where the outputs in the row are those of the
+ * previous call.
+ */
 after: Values | null,
 /** The forced values, by `MEMBER.VARIABLE`. */
 forced: Values,
@@ -1198,14 +1208,14 @@ remarks: Array<string>, };
 
 /** A step of the setpoint. */
 export type Step = {
-/** The setpoint before it; by default that of the controller. */
+/** The setpoint before the step; by default that of the controller. */
 from?: number | null,
 /**
- * The size of the step, below 0 for down; by default, the step that moves the manipulated value by 10 % in the
- * end, or at first if the plant integrates.
+ * The size of the step, negative for a step down; by default, the step that finally moves the manipulated value by
+ * 10 %, or initially if the plant integrates.
  */
 size?: number | null,
-/** The manual value at which the plant rests before it, in percent; by default 50. */
+/** The manual value at which the plant rests before the step, in percent; by default 50. */
 manual?: number | null, };
 
 /** A step of the manual value. */
@@ -1224,7 +1234,7 @@ is_integrating: boolean, };
 export type StepTested = {
 /** The state of the run after the test, with the previous mode, manual value and setpoint. */
 state: State,
-/** The time from which the plant was held, in seconds. */
+/** When the hold of the plant began, in seconds. */
 from: number,
 /** The last call used for identification, in seconds: later ones restore the loop. */
 to: number,
@@ -1242,11 +1252,14 @@ export type Suspect = {
 changes: Array<Change>,
 /** The change made during the recording, if any. */
 since: Since | null,
-/** The range of values of the only number among the changes that explain the recording as well. */
+/** If exactly one of the changes is a number, the range of values that explain the recording equally well. */
 range: [number, number] | null,
-/** Other settings with which this number would have another value and explain the recording as well. */
+/**
+ * Other settings that could differ as well, with another value of this number, and explain the recording equally
+ * well.
+ */
 confused: Array<string>,
-/** The changed settings with their values in the loop; at the end of the recording, if one changed during it. */
+/** The changed settings with their values; for one that changed during the recording, its value at the end. */
 values: Values,
 /** The number of calls that still differ. */
 different: number,
@@ -1254,12 +1267,12 @@ different: number,
 largest: number,
 /** Whether no difference remains. */
 fits: boolean,
-/** Whether it is certain: no other explanation covers everything, and its values are unambiguous. */
+/** Whether it is certain: it is the only full explanation, and its values are unambiguous. */
 is_sure: boolean,
 /** Whether it fits only if the last row, which repeats all outputs, is not a call. */
 ends_without_call: boolean, };
 
-/** The mean of variables over an input. */
+/** The means of variables as functions of an input. */
 export type Sweep = {
 /** Its title. */
 title: string,
@@ -1272,7 +1285,7 @@ inputs: Array<number>,
 /** Each variable with its means; true counts 1. */
 outputs: Array<[string, Array<number>]>, };
 
-/** The test of a run with other settings. */
+/** A run's test, repeated with other settings. */
 export type Tried = {
 /** Its curves. */
 curves: Curves,
@@ -1287,12 +1300,12 @@ model: Model,
 rule: Rule,
 /** P, PI or PID. */
 structure: Structure,
-/** The controller with its present settings: CYCLE, the normalisation and the pulse former count. */
+/** The controller with its present settings, of which CYCLE, the normalisation and the pulse former matter. */
 controller: Member,
 /**
- * The time constant of the closed loop in seconds, for the rules SIMC and lambda (where it is called lambda); by
- * default, the dead time for SIMC (one and a half of it in the table of all rules), and the plant's time constant
- * or three dead times for lambda.
+ * The closed-loop time constant in seconds, for the rules SIMC and lambda. By default, it is the dead time for
+ * SIMC (1.5 dead times in the table of all rules); for lambda, it is the plant's time constant or three dead
+ * times, whichever is longer.
  */
 closed_loop?: number | null,
 /** This time constant as a position on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence. */
@@ -1300,22 +1313,22 @@ pace?: number | null,
 /** The setpoint step to predict. */
 step: Step,
 /**
- * Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above 0: 2 % of the last
- * step of a run. Without it 2 % of the step that is predicted by default.
+ * Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above
+ * 0; after a run, 2 % of its last step. By default, 2 % of the default predicted step.
  */
 band?: number | null,
 /** Ultimate gain and period, for the ultimate rule; by default computed from the model. */
 ultimate?: [number, number] | null,
-/** When the loop exchanges its values: the prediction has the rows of such a run. */
+/** When the loop exchanges its values; the prediction has the rows of a run with this exchange. */
 exchange: Exchange, };
 
 /** Settings and their predicted effects. */
 export type Tuned = {
 /** The settings in the block's form, by the block's names, including the switches of the structure. */
 values: Values,
-/** The dead time that was used: the model's, half a cycle, half a pulse period. */
+/** The dead time used: the model's, plus half a cycle, plus half a pulse period. */
 dead_time: number,
-/** The time constant of the closed loop that the rule was given, if it takes one. */
+/** The closed-loop time constant used, if the rule has one. */
 closed_loop: number | null,
 /** This time constant as a position on a scale from calm, 0, to fast, 1, as the request may specify it. */
 pace: number | null,
@@ -1367,16 +1380,16 @@ sign: "=" | "<>" | ">" | ">=" | "<" | "<=",
 /** The value to compare with; TRUE is 1. */
 value: number, };
 
-/** A value as the user writes it. */
+/** A value as written by the user. */
 export type Value = boolean | number | "NaN" | "inf" | "-inf";
 
 /** A variable of an FMU. */
 export type Variable = {
-/** Its name, `GAIN`. */
+/** Its name, such as `GAIN`. */
 name: string,
-/** A short text. */
+/** A short description. */
 description: string,
-/** Its PLC type, `REAL`; in a foreign FMU that of FMI, `Real`. */
+/** Its PLC type, such as `REAL`; in a foreign FMU its FMI type, such as `Real`. */
 kind: string,
 /** `input`, `parameter`, `fixed`, `cycle`, `output`, `local` */
 role: "input" | "parameter" | "fixed" | "cycle" | "output" | "local",
@@ -1405,7 +1418,10 @@ from?: number | null,
 to?: number | null,
 /** The maximum number of points. */
 points: number,
-/** The variables to average, and over how many seconds, up to and including the call: for pulses, their period. */
+/**
+ * The variables to average, each with the number of seconds to average over, ending with the call itself: for
+ * pulses, their period.
+ */
 means?: { [key in string]: number } | null, };
 
 /** The reason for trying a value of a setting. */
@@ -1426,7 +1442,7 @@ export type Write = {
 path: string,
 /** Whether the variable is global. */
 is_global: boolean,
-/** The line number, from 1, whose execution shows whether the write happened. */
+/** The line number, from 1, whose execution indicates that the write happened. */
 line: number,
 /** The text of the statement. */
 text: string,
