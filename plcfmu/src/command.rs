@@ -1,4 +1,4 @@
-//! Running other programs.
+//! Runs other programs.
 
 use anyhow::{Error, Result, anyhow, bail};
 use std::io::{self, ErrorKind};

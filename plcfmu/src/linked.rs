@@ -38,7 +38,7 @@ impl EachInLanes for Search<'_> {
 }
 
 impl Search<'_> {
-    /// Runs made side by side store the block as a `G`.
+    /// Parallel runs store the block as a `G`.
     fn look_at<B: Block, G: Abreast<B>>(&mut self) {
         if Guid::<B>::TEXT == self.guid {
             let instantiate = |name: &str| Ok(Box::new(Instance::<B>::abreast::<G>(name)?) as Box<dyn Reset>);

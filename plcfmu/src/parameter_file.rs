@@ -18,7 +18,7 @@ use std::time::Duration;
 const LOADING: Duration = Duration::from_secs(60);
 
 /// Reads the loops of a file: a parameter file, whose extension selects the format if none is given and whose encoding
-/// is detected like in [`Source::new`]; an FMU, whose start values are those of one loop; or a data block of a PLC,
+/// is detected as in [`Source::new`]; an FMU, whose start values are those of one loop; or a data block of a PLC,
 /// `s7://HOST/RACK/SLOT/DBn`.
 ///
 /// # Errors
@@ -75,7 +75,7 @@ fn read_plc(name: &str, _blocks: &[Arc<Block>], _options: &Options) -> Result<Re
 /// Reads the loops of a file as [`read`] does, for all blocks of the catalogue.
 ///
 /// # Errors
-/// As [`read`].
+/// As for [`read`].
 pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
     read(name, None, None, &BlockType::all(), options)
 }
@@ -118,7 +118,7 @@ pub(crate) fn is_of(description: &Description, block: &BlockType) -> bool {
 /// The start values of a block's FMU, as a loop read from `file`.
 ///
 /// # Errors
-/// The FMU lacks a start value, or the block cannot have it.
+/// The FMU lacks a start value, or has one that the block cannot have.
 pub(crate) fn start_values(description: &Description, block: &Arc<BlockType>, name: &str, file: &str) -> Result<Loop> {
     let mut one = Loop::new(name, block.clone());
     for (index, value) in values(description, block)? {

@@ -1,4 +1,4 @@
-//! `cargo xtask docs`: the project's site.
+//! `cargo xtask docs`: builds the project's site.
 
 use crate::python::Environment;
 use crate::steps::Steps;

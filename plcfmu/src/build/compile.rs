@@ -121,7 +121,7 @@ pub fn compile(
 /// is already built, otherwise cargo's output, including the wait for another cargo.
 ///
 /// # Errors
-/// As [`compile`].
+/// As for [`compile`].
 pub fn compile_once(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<(Platform, PathBuf)> {
     let host = Platform::host(&workspace.root)?;
     let linkage = Linkage::choose(workspace, &host, false);
@@ -214,7 +214,7 @@ fn platform_flags(platform: &Platform) -> &'static [&'static str] {
         // With a static C runtime: not every Windows has VCRUNTIME140.dll.
         &["-Ctarget-feature=+crt-static", "-Clink-arg=/Brepro"]
     } else if platform.is_macos() {
-        // rpath gives the library a name without this machine's path.
+        // rpath sets a library name without this machine's path.
         &["-Crpath=yes", "-Clink-arg=-Wl,-x", "-Clink-arg=-Wl,-S"]
     } else {
         &[]
@@ -224,7 +224,7 @@ fn platform_flags(platform: &Platform) -> &'static [&'static str] {
 /// [`artifacts`] for a platform, with the remedy if Rust's standard library is missing.
 ///
 /// # Errors
-/// As [`artifacts`].
+/// As for [`artifacts`].
 pub fn artifacts_for(build: &mut Command, platform: &Platform) -> Result<Vec<Artifact>> {
     let root = build.get_current_dir().unwrap_or(Path::new("."));
     let folder = output(platform::rustc(root).args(["--print", "target-libdir", "--target", platform.target]));

@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use std::path::Path;
 use std::process::Command;
 
-/// A platform: a processor with an operating system.
+/// A platform: a processor and an operating system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Platform {
     /// FMI's name: the folder below `binaries`, such as `linux64`.

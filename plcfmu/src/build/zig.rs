@@ -7,7 +7,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Prints where a Python environment has its programs, and whether it has the module `ziglang`.
+/// A script that prints the program folders of a Python environment, and whether it has the module `ziglang`.
 const DESCRIBE: &str = "import importlib.util, os, sysconfig
 print(sysconfig.get_path('scripts'))
 print(sysconfig.get_path('scripts', os.name + '_user'))
@@ -25,7 +25,7 @@ pub struct Zig {
     zig: (&'static str, PathBuf),
 }
 
-/// The tools in a folder of programs or a Python environment.
+/// The tools in a program folder or a Python environment.
 #[derive(Debug, Default, PartialEq)]
 struct Offer {
     cargo_zigbuild: Option<PathBuf>,

@@ -176,9 +176,9 @@ struct Verdict {
     remarks: Vec<String>,
     /// Its libraries, one per line.
     libraries: Vec<String>,
-    /// The result of its run, or the reason why it was not run.
+    /// The result of its run, or why it was not run.
     run: Option<String>,
-    /// The reason why this machine could not run it.
+    /// Why this machine could not run it.
     untried: Option<String>,
 }
 

@@ -78,7 +78,7 @@ pub struct Options {
     json: bool,
 }
 
-/// The value name of a form's numbers in the help.
+/// The placeholder for a form's numbers in the help.
 const NUMBERS: &str = "NAME=NUMBER,...";
 
 /// A named number.

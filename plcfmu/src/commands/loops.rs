@@ -35,7 +35,7 @@ pub struct Arguments {
     /// The offset of the instance in a dump or a PLC's data block, in bytes
     #[arg(long, value_name = "BYTES", allow_negative_numbers = true)]
     pub offset: Option<usize>,
-    /// The format of the files, if their extensions do not show it: awl, scl, db, xml, bin, json, ssv
+    /// The format of the files, if their extensions do not identify it: awl, scl, db, xml, bin, json, ssv
     #[arg(long, value_parser = format)]
     pub format: Option<Format>,
     /// The encoding of text files, such as windows-1251, if not UTF-8, UTF-16 or windows-1252

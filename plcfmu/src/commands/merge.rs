@@ -21,7 +21,7 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// Merges.
+/// Merges FMUs.
 ///
 /// # Errors
 /// An FMU is faulty, or two do not match; an existing file is kept.

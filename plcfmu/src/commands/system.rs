@@ -16,7 +16,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// What to run or to pack.
+/// What to run or pack.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Arguments {
     /// FMUs in the order in which they are stepped, a controller before its plant; or a loop description

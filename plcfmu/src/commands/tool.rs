@@ -193,7 +193,7 @@ fn add_folder(fmus: &mut Vec<Known>, folder: &Path, starter: Option<&Starter>) -
     Ok(())
 }
 
-/// The paths of the FMUs in a folder, in order.
+/// The paths of the FMUs in a folder, sorted.
 fn paths(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let entries = fs::read_dir(folder)?.collect::<std::io::Result<Vec<_>>>()?;
     let mut paths: Vec<_> = entries.into_iter().map(|entry| entry.path()).collect();

@@ -18,8 +18,8 @@ use study::{self, Interrupted};
 
 /// Search for the controller settings that are best for all plants of a study
 ///
-/// The axes of the study span the plants. Its table "tune" specifies which figure to minimize, which constraints hold
-/// for every plant, and which settings to search in which range. The result does not depend on the number of jobs. The
+/// The axes of the study span the plants. Its table "tune" specifies which figure to minimize, which constraints every
+/// plant must meet, and which settings to search in which range. The result does not depend on the number of jobs. The
 /// native code of the FMUs is executed: use FMUs that you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]

@@ -212,7 +212,7 @@ fn is_for(binary: &Binary, folder: &str) -> Result<()> {
 /// Checks a library to be packed for an FMI platform: it must be for this platform, export exactly FMI's functions,
 /// require nothing beyond a standard system, and contain the same table as the library that was run.
 ///
-/// `is_native` means that it was linked for this machine's Linux: it may need a newer glibc than [`GLIBC`].
+/// If `is_native`, it was linked for this machine's Linux and may need a newer glibc than [`GLIBC`].
 ///
 /// # Errors
 /// The problem or the difference.

@@ -211,7 +211,7 @@ fn check_programs(platforms: &BTreeSet<String>, programs: &BTreeMap<&str, PathBu
     }
 }
 
-/// The Rust targets to build the command for, by the platforms of the FMUs in a folder.
+/// The Rust targets for which to build the command, according to the platforms of the FMUs in a folder.
 fn targets(folder: &Path, host: &Platform) -> Result<Vec<&'static str>> {
     let mut targets = vec![host.target];
     for name in names(folder, ".fmu")?.iter().take(1) {

@@ -1,5 +1,5 @@
 //! Reference results: the response of a freshly built library to its block's own example, recorded through the C
-//! interface like a co-simulation master does, and packed according to the layered standard fmi-ls-ref.
+//! interface, as a co-simulation master would, and packed according to the layered standard fmi-ls-ref.
 
 use crate::package::version::Version;
 use anyhow::{Context, Error, Result};
@@ -202,7 +202,7 @@ fn line(csv: &mut String, table: &Table, columns: &[usize], version: Version, ti
     csv.push('\n');
 }
 
-/// A value as the command line of a simulator expects it for its type: `0.5`, `20`, `true`.
+/// A value in the form that a simulator's command line expects for its type: `0.5`, `20`, `true`.
 fn start_value(row: &Row, value: f64, version: Version) -> String {
     match version.value(row, value) {
         value if row.kind == Kind::Bool => (value != 0.0).to_string(),
@@ -248,7 +248,7 @@ pub fn links(name: &str) -> [(String, &'static str); 2] {
 /// Loads the library and records everything that its documentation shows.
 ///
 /// # Errors
-/// As [`record`].
+/// As for [`record`].
 pub fn run(library: &Path, interface: &Interface) -> Result<Recordings> {
     let (library, table) = (&Library::open(library)?, &interface.table);
     Ok(Recordings {

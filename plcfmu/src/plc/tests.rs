@@ -132,7 +132,7 @@ fn every_refusal_of_an_item_is_a_sentence() {
         (0x03, "the PLC denies access to DB41: lower the protection level"),
         (
             0x05,
-            "DB41 is shorter than 24 bytes, so that it is not an instance of this block, or it is an optimized data block",
+            "DB41 is shorter than 24 bytes, so it is not an instance of this block, or it is an optimized data block",
         ),
         (0x06, "cannot read bytes of DB41 (code 0x06)"),
         (0x0A, "no DB41 in the PLC, or it is an optimized data block"),

@@ -31,7 +31,7 @@ enum Call {
 }
 
 impl Call {
-    /// The activity of the FMU during the call, after "while it".
+    /// The FMU's activity during the call, to complete "while it ...".
     fn doing(&self) -> &'static str {
         match self {
             Call::Open(_) => "was loaded",

@@ -25,7 +25,7 @@ pub const FILE: &str = "plcfmu-tool.html";
 /// The package that becomes WebAssembly.
 const ENGINE: &str = "tool_wasm";
 
-/// The platform of the page, which is not a platform of FMI.
+/// The platform of the page, which is not an FMI platform.
 pub const WEB: Platform =
     Platform { folder: "the page", newer: "the page", target: "wasm32-unknown-unknown", suffix: ".wasm" };
 

@@ -21,7 +21,7 @@ use std::path::Path;
 /// The files of `web`, as path and text.
 pub type Sources = BTreeMap<String, String>;
 
-/// The files that this program was built with.
+/// The files with which this program was built.
 const EMBEDDED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/web.rs"));
 
 /// The colours of curves, which the page shares with all charts.
@@ -59,7 +59,7 @@ pub struct Content<'a> {
     pub data: &'a [(&'a str, &'a [u8])],
 }
 
-/// Returns the files of `web` that this program was built with.
+/// The files of `web` with which this program was built.
 pub fn embedded() -> Sources {
     EMBEDDED.iter().chain([&PALETTE]).map(|(path, text)| (path.to_string(), text.to_string())).collect()
 }

@@ -380,7 +380,8 @@ async fn presence(
         if let Ok(stream) = upgraded.await {
             let _ = TokioIo::new(stream).read_u8().await;
         }
-        // Second by second: where the clock keeps running while the machine sleeps (Windows), only one of them elapses.
+        // Waits second by second: if the clock keeps running while the machine sleeps (Windows), only one second
+        // elapses.
         for _ in 0..GRACE {
             sleep(Duration::from_secs(1)).await;
         }

@@ -50,7 +50,7 @@ blocks::block! {
         parameter {
             /// Gain
             ///
-            /// What the output is for a constant input of 1.
+            /// The steady-state output for an input of 1.
             gain: Real = 1.0;
             /// Time constant
             ///
@@ -60,13 +60,13 @@ blocks::block! {
         cycle {
             /// Time between two calls
             ///
-            /// Much less than T1, a tenth or so: the lag is computed once a CYCLE.
+            /// Much less than T1, about a tenth: the lag is computed once per CYCLE.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Output value
             ///
-            /// GAIN * U in the end.
+            /// GAIN * U in the steady state.
             y: Real;
         }
     }

@@ -11,7 +11,7 @@ use std::any::TypeId;
 /// A command offered as a tool.
 pub(super) struct Offer {
     pub name: &'static str,
-    /// A description that lets an agent choose it.
+    /// The description by which an agent chooses it.
     pub about: &'static str,
     /// Adds its options.
     options: fn(Command) -> Command,

@@ -93,7 +93,7 @@ pub(super) struct Told {
     pub key: &'static str,
     /// Its title.
     pub title: &'static str,
-    /// Its value; if missing, `why` gives the reason.
+    /// Its value; if missing, `why` states the reason.
     pub value: Option<f64>,
     /// Its unit.
     pub unit: Option<String>,
