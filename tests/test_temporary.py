@@ -121,4 +121,4 @@ def test_temporary_files_are_their_owners_alone_and_results_as_the_umask_says(co
 def test_a_result_for_a_closed_standard_output_is_not_lost_without_a_word(command, folders, arguments):
     closed = subprocess.run([command, *arguments], cwd=folders[0], stderr=subprocess.PIPE, text=True, preexec_fn=lambda: os.close(1))
     assert closed.returncode != 0
-    assert closed.stderr.splitlines()[-1] == "error: standard output is closed: direct it to a file, or to /dev/null"
+    assert closed.stderr.splitlines()[-1] == "error: standard output is closed: redirect it to a file, or to /dev/null"

@@ -883,7 +883,7 @@ def refused(command, folder, *arguments):
 def test_what_cannot_be_served_is_refused_in_a_sentence(command, tool, tmp_path):
     port = tool.host.split(":")[1]
     assert refused(command, tmp_path, "--port", port) == (
-        f"port {port} is taken by another program: choose another with --port, or leave --port out"
+        f"port {port} is in use by another program: choose another with --port, or omit --port"
     )
     assert refused(command, tmp_path, "none.awl").startswith("none.awl: ")
     assert refused(command, tmp_path, "none.fmu").startswith("none.fmu: ")

@@ -68,7 +68,7 @@ pub fn instead(file: &Path) -> Option<String> {
     let ending = file.extension()?.to_str()?.to_ascii_lowercase();
     let remedy = match ending.as_str() {
         "st" | "txt" => "rename an SCL source to .scl",
-        "xlsx" => "a tag table has a sheet PLC Tags",
+        "xlsx" => "a tag table has a sheet named PLC Tags",
         "csv" => "export the tag table as .xlsx, .xml or .sdf, or declare each tag with --tag 'NAME : TYPE'",
         _ => return None,
     };

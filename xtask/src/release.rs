@@ -171,7 +171,7 @@ impl Sources {
         let of_library =
             absent(&self.library, "package", &["description", "license", "keywords", "categories", "rust-version"]);
         vec![
-            Check::new("the version has three numbers", is_version, || format!("{version} is not like 0.2.0")),
+            Check::new("the version has three numbers", is_version, || format!("{version} is not of the form 0.2.0")),
             Check::new("CITATION.cff has the version of Cargo.toml", cited(&self.citation) == Some(current), || {
                 format!("write 'version: {current}' there")
             }),

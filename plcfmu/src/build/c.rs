@@ -22,7 +22,7 @@ fn compiler() -> Result<Command> {
         return Ok(command);
     }
     let (program, argument) = COMPILERS.into_iter().find(|(program, _)| is_on_path(program)).context(
-        "--native compiles a program through C, and there is no C compiler on PATH: install gcc, clang or zig (pip install \
+        "--native compiles a program through C, but no C compiler is on PATH: install gcc, clang or zig (pip install \
          ziglang), or set CC",
     )?;
     let mut command = Command::new(program);

@@ -53,7 +53,7 @@ fn print(text: &str) -> Result<()> {
 
 /// Refuses a closed standard output, which would discard all output.
 fn ensure_standard_output() -> Result<()> {
-    ensure!(!is_closed(), "standard output is closed: direct it to a file, or to /dev/null");
+    ensure!(!is_closed(), "standard output is closed: redirect it to a file, or to /dev/null");
     Ok(())
 }
 

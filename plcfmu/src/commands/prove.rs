@@ -133,7 +133,7 @@ fn result(from: &str) -> Result<Vec<u8>> {
         return of_plc(from);
     }
     let bytes = std::fs::read(Path::new(from))?;
-    ensure!(!bytes.is_empty(), "it is empty");
+    ensure!(!bytes.is_empty(), "the file is empty");
     Ok(bytes)
 }
 

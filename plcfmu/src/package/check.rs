@@ -171,14 +171,14 @@ fn check_library<R: Read + Seek>(
         Ok(Some(start)) => {
             let library = shortened(&start.library);
             bail!(
-                "it does not contain the GUID {library:?}, for which {path} was made: the two come from different builds"
+                "it does not contain the GUID {library:?}, for which {path} was made: the two are from different builds"
             );
         }
         Ok(None) => {
             let guid = shortened(guid);
             bail!(
                 "it does not contain the GUID {guid:?} of {DESCRIPTION}, and {path} has no start values of a preset: \
-                 the two come from different builds, or the start values are missing"
+                 the two are from different builds, or the start values are missing"
             );
         }
         Err(error) => bail!("{error:#}"),
@@ -422,7 +422,7 @@ mod tests {
         assert_eq!(
             report(&falsified, library(true, "{1}")).errors,
             ["binaries/darwin64/PUMP.dylib: it does not contain the GUID \"{2}\" of modelDescription.xml, and \
-                 resources/start.txt has no start values of a preset: the two come from different builds, or the start \
+                 resources/start.txt has no start values of a preset: the two are from different builds, or the start \
                  values are missing"]
         );
         // A library of another tool may compute its GUID.

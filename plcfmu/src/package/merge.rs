@@ -53,14 +53,11 @@ pub fn join(mut first: Files, mut second: Files) -> Result<Files> {
             let own = files.iter().filter(|(name, _)| name.starts_with(&folder));
             own.map(|(name, content)| (name.clone(), content.clone())).collect()
         };
-        ensure!(
-            own(&first) == own(&second),
-            "both have libraries for {platform}, and they differ: they come from different builds"
-        );
+        ensure!(own(&first) == own(&second), "both have libraries for {platform}, but from different builds");
     }
     for (name, content) in second {
         match first.get(&name) {
-            Some(own) => ensure!(*own == content, "{name} differs: they come from different builds"),
+            Some(own) => ensure!(*own == content, "{name} differs: the FMUs are from different builds"),
             None => {
                 first.insert(name, content);
             }
@@ -235,7 +232,7 @@ mod tests {
         assert_eq!(join(fmu(&[("linux64", b"1")]), both.clone()).unwrap(), both);
         assert_eq!(
             refusal(fmu(&[("linux64", b"2")]), both),
-            "both have libraries for linux64, and they differ: they come from different builds"
+            "both have libraries for linux64, but from different builds"
         );
     }
 
@@ -245,7 +242,7 @@ mod tests {
         other.insert("documentation/index.html".into(), b"fans".to_vec());
         assert_eq!(
             refusal(fmu(&[("linux64", b"1")]), other),
-            "documentation/index.html differs: they come from different builds"
+            "documentation/index.html differs: the FMUs are from different builds"
         );
     }
 

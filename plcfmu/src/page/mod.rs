@@ -264,9 +264,9 @@ fn groups<'a>(table: &'a Table) -> anyhow::Result<Vec<Group<'a>>> {
     let titles: [(&str, &[Role]); 5] = [
         ("Inputs", &[Role::Input]),
         ("Outputs", &[Role::Output]),
-        ("Settings: tunable while it runs", &[Role::Parameter]),
-        ("Settings: fixed once it runs", &[Role::Fixed, Role::Cycle]),
-        ("Signals inside: read only", &[Role::Local]),
+        ("Settings: tunable at run time", &[Role::Parameter]),
+        ("Settings: fixed at run time", &[Role::Fixed, Role::Cycle]),
+        ("Internal signals: read-only", &[Role::Local]),
     ];
     let mut groups = Vec::new();
     for (title, roles) in titles {
@@ -378,15 +378,15 @@ mod tests {
         assert!(page.contains("aria-label=\"Terminals of PUMP\"") && page.contains("aria-label=\"It runs\""));
         assert!(page.contains("<code>CYCLE</code> (start value 0.1 s)"));
         assert!(page.contains("<code>DUTY</code> is the mean"));
-        assert!(page.contains("The 2 variables of the blocks inside"));
+        assert!(page.contains("The 2 variables of inner blocks"));
     }
 
     #[test]
     fn the_page_names_the_licence_of_the_block_and_that_of_the_rest() {
         let page = page();
-        assert!(
-            page.contains("The block: LicenseRef-&lt;House&gt;. What every FMU of this kind shares: MIT or Apache 2.0")
-        );
+        assert!(page.contains(
+            "The block: LicenseRef-&lt;House&gt;. The parts common to all FMUs of this kind: MIT or Apache 2.0"
+        ));
     }
 
     #[test]

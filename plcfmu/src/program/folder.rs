@@ -93,7 +93,7 @@ pub fn test_files(folder: &Path) -> Result<Vec<PathBuf>> {
     found.sort();
     let has_cases = |file: &PathBuf| fs::read_to_string(file).is_ok_and(|text| text.contains("[[case]]"));
     found.retain(has_cases);
-    ensure!(!found.is_empty(), "{} has no test: a .toml with [[case]]", folder.display());
+    ensure!(!found.is_empty(), "{} has no test file: a .toml with [[case]]", folder.display());
     Ok(found)
 }
 

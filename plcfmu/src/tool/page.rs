@@ -144,7 +144,7 @@ impl Page {
         let mut html = String::new();
         let mut rest = self.html.as_str();
         while let Some((before, after)) = rest.split_once(begin) {
-            let (file, after) = after.split_once(end).with_context(|| format!("index.html: {begin} has no end"))?;
+            let (file, after) = after.split_once(end).with_context(|| format!("index.html: {begin} is not closed"))?;
             html.push_str(before);
             html.push_str(&element(&mut self.scripts, file)?);
             rest = after;
@@ -184,7 +184,7 @@ fn styled(style: &str) -> Result<String> {
 
 fn ensure_inside(name: &str, file: &str, text: &str) -> Result<()> {
     if text.to_ascii_lowercase().contains(&format!("</{name}")) || text.contains("<!--") {
-        bail!("{file} contains </{name} or <!--, which ends an element of HTML");
+        bail!("{file} contains </{name} or <!--, which ends an HTML element");
     }
     Ok(())
 }
@@ -211,7 +211,7 @@ fn modules(sources: &Sources) -> Result<Vec<(String, String)>> {
         let (waiting, ready): (Vec<_>, Vec<_>) = rest.iter().cloned().partition(|(_, text)| is_waiting(text));
         if ready.is_empty() {
             let names: Vec<_> = waiting.iter().map(|(name, _)| name.as_str()).collect();
-            bail!("modules of the page import each other in a circle: {}", names.join(", "));
+            bail!("page modules have circular imports: {}", names.join(", "));
         }
         for (name, text) in ready {
             if let Some(missing) = imports(text).find(|of| !modules.iter().any(|(name, _)| name == of)) {
@@ -236,7 +236,7 @@ fn script(modules: &[(String, String)]) -> Result<String> {
             if line.starts_with("import ") {
                 let mut import = line.to_string();
                 while !import.ends_with(';') {
-                    import += lines.next().with_context(|| format!("{name}: {line} has no end"))?;
+                    import += lines.next().with_context(|| format!("{name}: {line} is not terminated"))?;
                 }
                 code +=
                     &taken(&import).with_context(|| format!("{name}: {import} is not import {{ A }} from \"B\";"))?;
@@ -462,7 +462,7 @@ mod tests {
             sources.insert("src/é.js".into(), text.into());
             super::modules(&sources).unwrap_err().to_string()
         };
-        let circle = "modules of the page import each other in a circle: tool/b.js, tool/main.js, tool/é.js";
+        let circle = "page modules have circular imports: tool/b.js, tool/main.js, tool/é.js";
         assert_eq!(refusal("import { b } from \"tool/b.js\";\n"), circle);
         assert_eq!(refusal("import \"tool/c.js\";\n"), "tool/é.js imports tool/c.js, which does not exist");
     }
@@ -531,7 +531,7 @@ mod tests {
         };
         assert_eq!(refusal(&|of| drop(of.remove("style.css"))), "no file style.css for the page");
         let ends = refusal(&|of| drop(of.insert("boot.js".into(), "'</SCRIPT>'".into())));
-        assert_eq!(ends, "boot.js contains </script or <!--, which ends an element of HTML");
+        assert_eq!(ends, "boot.js contains </script or <!--, which ends an HTML element");
         let other = |html: &str| refusal(&|of| drop(of.insert("index.html".into(), html.into())));
         assert!(other("<body></body>").contains("index.html has no module script"));
     }

@@ -143,9 +143,9 @@ impl Server {
         let bound = runtime.block_on(TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))));
         let listener = bound.map_err(|error| match error.kind() {
             io::ErrorKind::AddrInUse => {
-                anyhow!("port {port} is taken by another program: choose another with --port, or leave --port out")
+                anyhow!("port {port} is in use by another program: choose another with --port, or omit --port")
             }
-            _ => anyhow!("port {port} cannot be used: {error}: choose another with --port, or leave --port out"),
+            _ => anyhow!("port {port} cannot be used: {error}: choose another with --port, or omit --port"),
         })?;
         let port = listener.local_addr().context("the server has no address")?.port();
         Ok(Server { runtime, listener, port, access: Access::new(port)? })
@@ -207,7 +207,7 @@ fn wait(are_over: &Receiver<()>) {
 fn interrupted() -> Result<impl Future<Output = ()>> {
     use std::task::Poll;
     use tokio::signal::unix::{SignalKind, signal};
-    let listen = |kind| signal(kind).context("the signals of the system cannot be received");
+    let listen = |kind| signal(kind).context("system signals cannot be received");
     let kinds = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::hangup()];
     let mut signals = kinds.into_iter().map(listen).collect::<Result<Vec<_>>>()?;
     Ok(std::future::poll_fn(move |context| {
@@ -348,7 +348,7 @@ async fn accept(State(shared): State<Arc<Shared>>, request: Request) -> Result<R
     let (headers, body) = text(request).await?;
     let accepted: Accept = serde_json::from_str(&body).map_err(|error| Refusal::bad(error.to_string()))?;
     if accepted.secret != shared.access.secret {
-        let message = "only a user who has been asked on the page can let an FMU run".into();
+        let message = "an FMU may run only after the user has agreed on the page".into();
         return Err(Refusal { status: StatusCode::FORBIDDEN, message });
     }
     let (entry, number) = shared.ask(&headers, move |_, home| home.accept(&accepted.fmu)).await?;
