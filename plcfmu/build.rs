@@ -60,7 +60,7 @@ fn program_library(root: &Path) -> io::Result<String> {
     }
     let mut cargo = Command::new(variable("CARGO")?);
     cargo
-        .args(["build", "--release", "--package", "program_library", "--target", &target, "--target-dir"])
+        .args(["build", "--profile", "library", "--package", "program_library", "--target", &target, "--target-dir"])
         .arg(&folder);
     cargo.current_dir(root).env("CARGO_ENCODED_RUSTFLAGS", flags).env_remove("RUSTFLAGS");
     // Clippy sets this variable; here, the library must be compiled.
@@ -71,7 +71,7 @@ fn program_library(root: &Path) -> io::Result<String> {
             String::from_utf8_lossy(&output.stderr)
         )));
     }
-    let built = folder.join(target).join("release");
+    let built = folder.join(target).join("library");
     let prefix = if env::var_os("CARGO_CFG_WINDOWS").is_some() { "" } else { "lib" };
     let suffix = match env::var("CARGO_CFG_TARGET_OS").as_deref() {
         Ok("windows") => "dll",

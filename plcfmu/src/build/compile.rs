@@ -176,11 +176,13 @@ pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage
             build
         }
     };
-    build.current_dir(&workspace.root).args(["--release", "--target", &target, "--target-dir"]).arg(folder);
+    build.current_dir(&workspace.root).args(["--profile", "library", "--target", &target, "--target-dir"]).arg(folder);
+    // A workspace without this profile builds its libraries as its releases.
+    build.env("CARGO_PROFILE_LIBRARY_INHERITS", "release");
     build.env("CARGO_ENCODED_RUSTFLAGS", flags(workspace, platform)).env_remove("RUSTFLAGS");
     if platform.is_macos() {
         // The linker strips (see `platform_flags`): another program's stripping would spoil the signature.
-        build.env("MACOSX_DEPLOYMENT_TARGET", MACOS).env("CARGO_PROFILE_RELEASE_STRIP", "none");
+        build.env("MACOSX_DEPLOYMENT_TARGET", MACOS).env("CARGO_PROFILE_LIBRARY_STRIP", "none");
     }
     Ok(build)
 }
