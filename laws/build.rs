@@ -1,4 +1,4 @@
-//! Embeds the sources of the blocks into the library, so that it can read them wherever it runs.
+//! Embeds the block sources in the library, so that it can read them wherever it runs.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -13,7 +13,7 @@ use syn::spanned::Spanned;
 use syn::visit_mut::{VisitMut, visit_expr_mut};
 use syn::{Expr, Lit, Token};
 
-/// The maximum number of numbers in a message.
+/// The maximum number of values in a message.
 pub const NUMBERS: usize = 4;
 
 /// The check of a block's settings.

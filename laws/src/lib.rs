@@ -5,8 +5,8 @@
 //! which may use `if`, `let`, `match`, `while`, arithmetic, conversions and inner blocks. Anything else is an [`Error`]
 //! with file, line and column. Names, order and comments are kept.
 //!
-//! Numbers agree with Rust to the last bit, with two exceptions, in which a law panics in Rust and not here: integer
-//! overflow wraps, and the quotient of an integer and 0 is 0. All NaNs are equivalent, whatever their bits.
+//! Numbers agree with Rust to the last bit, with two exceptions where a law panics in Rust: here, integer overflow
+//! wraps, and an integer divided by 0 is 0. All NaNs are equivalent, whatever their bits.
 
 mod body;
 mod check;

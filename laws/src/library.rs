@@ -1,27 +1,27 @@
 // Rust's number functions that need more than one operation of the typed program. This file is read like a law; a test
 // compares it with Rust.
 
-/// The greater number; the other one if one is not a number.
+/// The greater number, or the other one if one is NaN.
 pub(crate) fn max_real(a: Real, b: Real) -> Real {
     if a.is_nan() || b > a { b } else { a }
 }
 
-/// The lesser number; the other one if one is not a number.
+/// The lesser number, or the other one if one is NaN.
 pub(crate) fn min_real(a: Real, b: Real) -> Real {
     if a.is_nan() || b < a { b } else { a }
 }
 
-/// The greater number; the other one if one is not a number.
+/// The greater number, or the other one if one is NaN.
 pub(crate) fn max_lreal(a: LReal, b: LReal) -> LReal {
     if a.is_nan() || b > a { b } else { a }
 }
 
-/// The lesser number; the other one if one is not a number.
+/// The lesser number, or the other one if one is NaN.
 pub(crate) fn min_lreal(a: LReal, b: LReal) -> LReal {
     if a.is_nan() || b < a { b } else { a }
 }
 
-/// `a - b`, or the end of the range that it passes.
+/// `a - b`, limited to the range of `i32`.
 pub(crate) fn sub_saturating(a: i32, b: i32) -> i32 {
     let difference = a.wrapping_sub(b);
     if b > 0 && difference > a {
@@ -33,7 +33,7 @@ pub(crate) fn sub_saturating(a: i32, b: i32) -> i32 {
     }
 }
 
-/// `a + b`, or the end of the range that it passes.
+/// `a + b`, limited to the range of `i32`.
 pub(crate) fn add_saturating(a: i32, b: i32) -> i32 {
     let sum = a.wrapping_add(b);
     if b > 0 && sum < a {
@@ -56,7 +56,7 @@ pub(crate) fn sign(x: i32) -> i32 {
     }
 }
 
-/// RND: the nearest integer, ties to even. Beyond 32 bits the bits of the REAL are kept; NaN yields -1.
+/// RND: the nearest integer, ties to even. Outside the 32-bit range, the bits of the REAL; -1 for NaN.
 pub(crate) fn rnd(x: Real) -> i32 {
     const TWO_TO_31: Real = 2_147_483_648.0;
     if x.is_nan() {

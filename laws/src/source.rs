@@ -18,7 +18,7 @@ pub(crate) struct File {
 /// The sources of the built-in blocks.
 const BLOCKS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/blocks.rs"));
 
-/// Number functions of Rust for which the typed program has no operation.
+/// Rust number functions without an equivalent operation in the typed program.
 const LIBRARY: &str = include_str!("library.rs");
 
 /// The path of [`LIBRARY`] in messages.

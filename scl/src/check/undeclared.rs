@@ -25,7 +25,7 @@ pub enum What {
     Instance,
 }
 
-/// An undeclared name, or a part of what it denotes.
+/// An undeclared name, or a part of the object it denotes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Missing {
     /// The lookup key of the name.
@@ -46,7 +46,7 @@ pub enum UndeclaredStep {
 }
 
 impl Missing {
-    /// The whole of what a name denotes.
+    /// Everything that a name denotes.
     pub fn whole(name: impl Into<String>) -> Missing {
         Missing { name: name.into(), path: Vec::new() }
     }
@@ -66,7 +66,7 @@ pub struct Uses {
     /// Whether the type is only a likely guess: for a variable to which 0 or 1 is written, or that is compared with
     /// another unknown.
     pub is_doubtful: bool,
-    /// Whether something writes it.
+    /// Whether it is written anywhere.
     pub is_written: bool,
     /// The indices used in each dimension, if it is an array.
     pub bounds: Vec<Bounds>,

@@ -67,7 +67,7 @@ const MOST_ELEMENTS: usize = 1000;
 /// The advice given for a variable that is not shown.
 const COPY: &str = "add an output to the block for the values that a host reads";
 
-/// The exposed variables of a block, or of the globals.
+/// The exposed variables of a block, or the exposed globals.
 #[derive(Debug, Default)]
 pub struct Shown {
     /// The variables shown, in declaration order.

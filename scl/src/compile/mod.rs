@@ -1,7 +1,7 @@
-//! The complete compilation, from sources and options to a [`Compiled`]: the typed program, what is called in a cycle
-//! ([`root`]), what an FMU exposes of it ([`interface`]), and warnings. This folder holds what concerns the program as
-//! a whole rather than a single block: several [`copies`] of a block, tags that [`overlap`], tags written by the CPU
-//! ([`system_memory`]), and declarations for what is missing ([`assume`](mod@assume)).
+//! The complete compilation, from sources and options to a [`Compiled`]: the typed program, the calls in a cycle
+//! ([`root`]), the interface that an FMU exposes ([`interface`]), and warnings. This folder handles the program as a
+//! whole rather than a single block: several [`copies`] of a block, tags that [`overlap`], tags written by the CPU
+//! ([`system_memory`]), and declarations for missing names ([`assume`](mod@assume)).
 
 pub mod assume;
 mod copies;
@@ -292,7 +292,7 @@ impl<'a> Compiler<'a> {
         self.collect_kinds();
     }
 
-    /// If exactly one of two blocks is a stub, replaces the other by it and discards the other's errors. Returns
+    /// If exactly one of two blocks is a stub, replaces the other with it and discards the other's errors. Returns
     /// whether it did.
     fn is_replaced(&mut self, earlier: BlockId, id: BlockId) -> bool {
         let is_stub = |id: BlockId| self.block(id).is_stub();

@@ -212,8 +212,8 @@ pub enum StatementKind {
     Goto(Name),
     /// A label.
     Label(Name),
-    /// Declares a temporary for the rest of the block. Its type is the given one or that of the value; without a value
-    /// it keeps its current one.
+    /// Declares a temporary for the rest of the block. Its type is the given one or the type of the value; without a
+    /// value, it keeps its current value.
     Let(Name, Option<Elementary>, Option<ExpressionId>),
     /// A title or comment, kept in the program.
     Comment(String),
@@ -401,7 +401,7 @@ pub enum Start {
     Parts(Vec<(Vec<PathStep>, ExpressionId)>, Span),
 }
 
-/// A step of a path to a part of a variable.
+/// A step in the path to a part of a variable.
 #[derive(Clone, Debug)]
 pub enum PathStep {
     /// A member of a structure or an instance.

@@ -227,8 +227,7 @@ impl Lowerer<'_> {
         self.set(elements, number, "ENO", eno.unwrap_or(flow));
     }
 
-    /// Lowers an instruction without a row in the table as a call by name, for which the error message is more
-    /// specific.
+    /// Lowers an instruction that is not in the table as a call by name, which yields a more specific error message.
     pub(super) fn other(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         match element.called {

@@ -1,4 +1,4 @@
-//! The elements of LAD and FBD by their names in SimaticML and SIMATIC SD.
+//! LAD and FBD elements, by their names in SimaticML and SIMATIC SD.
 
 use crate::front::syntax::{Binary, Unary};
 
@@ -24,17 +24,17 @@ pub(crate) enum Law {
     Compare(Binary),
     /// f AND the value is within the limits, or outside them if `false`.
     Range(bool),
-    /// f AND the operand is a valid floating-point number, or an invalid one.
+    /// f AND the operand is a valid floating-point number, or an invalid one if `false`.
     Valid(bool),
-    /// A gate of FBD or a junction of LAD.
+    /// An FBD gate or a LAD junction.
     Gate(Binary),
     /// NOT f.
     Not,
     /// operand := f; operand := NOT f if `true`.
     Coil(bool),
-    /// IF f THEN operand := TRUE, or FALSE.
+    /// IF f THEN operand := TRUE, or FALSE if `false`.
     Set(bool),
-    /// IF f THEN n consecutive bits, starting at the operand, := TRUE, or FALSE.
+    /// IF f THEN n consecutive bits, starting at the operand, := TRUE, or FALSE if `false`.
     SetField(bool),
     /// operand := an edge of f; f itself is passed on.
     EdgeCoil(bool),
@@ -48,7 +48,7 @@ pub(crate) enum Law {
     TimerCoil(&'static str),
     /// IF f THEN a function is applied to the timer.
     TimerFunction(&'static str),
-    /// IF f, or IF NOT f, THEN GOTO the label.
+    /// IF f, or IF NOT f if `false`, THEN GOTO the label.
     Jump(bool),
     /// The position of a label.
     Label,

@@ -189,7 +189,7 @@ impl Lowerer<'_> {
         Value { of: Some(of), ..value }
     }
 
-    /// `function(name := value, ...)`; the Boolean of an argument is whether it is an output.
+    /// `function(name := value, ...)`; each argument is its name, whether it is an output, and its value.
     pub(super) fn call(
         &mut self,
         callee: ExpressionId,

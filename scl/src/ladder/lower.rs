@@ -383,7 +383,7 @@ fn each_after_its_needs(roots: impl Iterator<Item = usize>, needed: &[Vec<usize>
     (order, circles)
 }
 
-/// Whether an element is merely a junction of wires. In FBD, which has no power rail, it has the value TRUE.
+/// Whether an element is merely a junction of wires. In FBD, a literal TRUE takes the place of the power rail.
 fn is_junction(element: &Element, expressions: &Expressions) -> bool {
     let mut sources = element.inputs.iter().flat_map(|input| &input.sources);
     let is_read = |id: ExpressionId| !matches!(expressions[id].kind, ExpressionKind::Literal(_));

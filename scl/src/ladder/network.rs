@@ -1,4 +1,4 @@
-//! A network of LAD or FBD as a graph of elements and wires, independent of the file format.
+//! A LAD or FBD network as a graph of elements and wires, independent of the file format.
 
 use crate::front::lexer::Span;
 use crate::front::syntax::{ExpressionId, Name};

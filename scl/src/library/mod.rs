@@ -1,4 +1,4 @@
-//! What every program may use without declaring it: timers, counters, edge detection and string functions, written in
+//! Everything a program may use without declaring it: timers, counters, edge detection and string functions, written in
 //! SCL, and the blocks of the `blocks` crate. Provides the library source and looks blocks up by name.
 
 use crate::check::compiler::{BlockId, Compiler, Global, Interface, Operand, Parameter, Slot, State, Symbol};
@@ -169,7 +169,7 @@ pub(crate) fn is_block(name: &str) -> bool {
     is_in(FCS, alias(name))
 }
 
-/// Whether a name denotes a kind of timer or counter as which a variable of a generic type may be called.
+/// Whether a name denotes a kind of timer or counter that a variable of a generic type may be called as.
 pub(crate) fn is_method(name: &str) -> bool {
     let kind = name.split_once('_').map_or(name, |(kind, _)| kind);
     named(name).is_some_and(|block| [TIMERS, COUNTERS].contains(&block.group) && block.family == kind)
@@ -195,7 +195,7 @@ impl Compiler<'_> {
         self.interface(id, self.block(id).name.span).map(|block| self.blocks[block].record)
     }
 
-    /// The block as which a variable is called or read, if its type allows several.
+    /// The block that a variable is called or read as, if its type allows several.
     pub fn as_method(&mut self, of: usize, method: &str) -> Option<usize> {
         let id = self.blocks[of].source.filter(|(file, _)| *file == self.library_file())?;
         let variant =
@@ -210,7 +210,8 @@ impl Compiler<'_> {
         source.is_some_and(|id| is_timer(&self.block(id).name.key()))
     }
 
-    /// Collects the kinds as which variables of generic types are called, by the last name of their paths.
+    /// Collects the kind of timer or counter that each variable of a generic type is called as, by the last name of its
+    /// path.
     pub fn collect_kinds(&mut self) {
         for tree in &self.trees[..self.library_file()] {
             for number in 0..tree.expressions.len() {

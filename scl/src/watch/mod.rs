@@ -1,4 +1,4 @@
-//! What can be watched in a running program: the variables named in each line, the block that a line belongs to, its
+//! The watchable parts of a running program: the variables named in each line, the block that a line belongs to, its
 //! networks as drawn, and the operands that decide a condition.
 //!
 //! This is derived from the source text alone, so it is available even for a program with errors. Paths have the form
@@ -160,8 +160,8 @@ pub struct Passed {
 /// The default time between two calls in milliseconds, for sources that do not specify it.
 const CYCLE: u32 = 100;
 
-/// The time between two calls in milliseconds suggested by the sources, and why. It is the period of the OB, which
-/// sources do not contain, but which authors tend to note.
+/// The time between two calls in milliseconds suggested by the sources, and why. This is the OB's period, which is not
+/// part of the sources but is often noted in them.
 pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
     let milliseconds = |text: &str| {
         let plain = text.trim_start_matches(['T', 't', 'I', 'i', 'M', 'm', 'E', 'e', '#']);

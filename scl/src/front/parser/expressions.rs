@@ -4,7 +4,7 @@ use super::{Failed, Parsed, Parser, bare};
 use crate::front::lexer::{Kind, Span};
 use crate::front::syntax::{Argument, Binary, ExpressionId, ExpressionKind, Name, Scope, Unary, key};
 
-/// A precedence above that of all binary operators.
+/// The precedence of `**`, the highest of all operators.
 const HIGHEST: u8 = 8;
 
 /// The maximum number of operators in a chain.

@@ -195,7 +195,7 @@ impl<'a> Parser<'a> {
         if self.takes_word(word) { Ok(()) } else { self.fail(word) }
     }
 
-    /// Reports at the current token what was expected there.
+    /// Reports an error at the current token; `expected` describes the expected syntax.
     pub(crate) fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
         self.fail_with(expected, None)
     }

@@ -211,7 +211,7 @@ impl Parser<'_> {
         let begin = self.span();
         let mut arms = Vec::new();
         loop {
-            // The IF or ELSIF.
+            // Skip IF or ELSIF.
             self.step();
             let condition = self.expression_or_wrong(|parser| parser.is_word("THEN"));
             self.expect_word("THEN")?;

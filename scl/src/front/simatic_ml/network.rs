@@ -9,7 +9,7 @@ use parameters::problem::quoted;
 use parameters::xml::Element;
 use std::collections::{HashMap, HashSet};
 
-/// What the UId of a part, an access or a call denotes.
+/// The object that the UId of a part, access or call denotes.
 enum Node {
     /// An element, by its index in the network.
     Element(usize),

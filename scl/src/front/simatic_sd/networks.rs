@@ -68,8 +68,8 @@ impl Parser<'_> {
         statements
     }
 
-    /// The language of the network whose first word has been read: as declared for the network or the block, otherwise
-    /// as the word after it implies.
+    /// The language of a network, once its keyword has been read: as declared for the network or block, otherwise as
+    /// implied by the next word.
     fn language(&mut self, block: &SourceBlock, attributes: &[Attribute], begin: Span) -> Parsed<Language> {
         let of_block = || {
             let keys = ["S7_PREFERREDLANGUAGE", "S7_LANGUAGE", "S7_EDITORMODE"];
