@@ -324,7 +324,7 @@ impl Body<'_, '_> {
             values.push(self.number(argument, want)?);
         }
         if values.len() != signature.parameters.len() {
-            return Err(self.error(span, format!("{} arguments are expected here", signature.parameters.len())));
+            return Err(self.error(span, format!("expected {} arguments here", signature.parameters.len())));
         }
         for ((_, found), ty) in values.iter().zip(&signature.parameters) {
             if found != ty {

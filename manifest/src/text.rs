@@ -51,7 +51,7 @@ impl Manifest {
             }
         }
         match manifest.cycle {
-            None | Some(0) => Err("it has no time between two calls".into()),
+            None | Some(0) => Err("it does not specify the time between two calls".into()),
             Some(cycle) if i32::try_from(cycle).is_err() => Err(format!("cycle = {cycle}: too long")),
             Some(_) => Ok(manifest),
         }
@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(Manifest::parse(&manifest.to_string()), Ok(manifest.clone()));
         let wrong = |from: &str, to: &str| Manifest::parse(&manifest.to_string().replace(from, to)).unwrap_err();
         assert_eq!(wrong("pump.scl", "../pump.scl"), "the line \"source = ../pump.scl\" does not belong to a program");
-        assert_eq!(wrong("cycle = 100\n", ""), "it has no time between two calls");
+        assert_eq!(wrong("cycle = 100\n", ""), "it does not specify the time between two calls");
         assert!(wrong("program 1", "program 2").contains("first line"));
     }
 }

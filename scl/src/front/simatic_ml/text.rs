@@ -230,7 +230,7 @@ impl Reader<'_> {
             let is_array = component.attribute("AccessModifier").is_some_and(|how| how == "Array")
                 || component.children("Access").next().is_some();
             if let Some(how) = component.attribute("AccessModifier").filter(|how| how.starts_with("Reference")) {
-                let message = format!("{} is used through a reference ({how})", quoted(name));
+                let message = format!("{} is accessed through a reference ({how})", quoted(name));
                 self.report.error(self.span(component), message, Some("use the variable itself"));
             }
             if is_array && component.children("Token").any(|token| token.attribute("Text") == Some("[")) {
