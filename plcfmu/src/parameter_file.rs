@@ -68,7 +68,7 @@ fn read_plc(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
 }
 
 #[cfg(not(feature = "s7"))]
-fn read_plc(name: &str, _blocks: &[Arc<Block>], _options: &Options) -> Result<Reading> {
+fn read_plc(name: &str, _blocks: &[Arc<BlockType>], _options: &Options) -> Result<Reading> {
     bail!("{name}: this build of plcfmu cannot read a PLC: it lacks the feature s7")
 }
 
