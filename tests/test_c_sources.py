@@ -558,7 +558,7 @@ def test_a_stop_is_told_alike_and_is_in_the_state(command, tmp_path):
         told.append((log.take()[-1].text, slave.serializeFMUstate(slave.getFMUstate())))
         slave.freeInstance()
     assert told[0] == told[1]
-    assert "stop.scl:3: index 3 is outside of 0..2 (call 1, 0.5 s after the start)" in told[0][0]
+    assert "stop.scl:3: index 3 is outside 0..2 (call 1, 0.5 s after the start)" in told[0][0]
 
 
 # --- Self-test and memory ---------------------------------------------------------------------------------------------

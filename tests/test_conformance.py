@@ -211,7 +211,7 @@ def test_a_wrong_guid_is_refused_with_both_guids(fmu):
 
 @pytest.mark.parametrize("guid", [None, b"", b"{}"])
 def test_no_guid_is_refused(fmu, guid):
-    # The library of programs knows no GUID without a program.
+    # The program library knows no GUID without a program.
     own = "modelDescription.xml" if fmu.is_program else fmu.interface["guid"]
     expected = own if guid is None else fmu.description.guid
     assert Instantiation(fmu, guid=guid).refused(expected)

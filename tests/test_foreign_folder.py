@@ -121,7 +121,7 @@ class Folder:
 
 
 def plant_packages(folder):
-    """Crates whose build scripts leave a mark, a wrapper of the compiler, modules for Python, and a library of programs."""
+    """Crates whose build scripts leave a mark, a wrapper of the compiler, modules for Python, and a program library."""
     root = folder.path.as_posix()
     marks = folder.marks.as_posix()
     folder.write("build.rs", f'fn main() {{ std::fs::write("{marks}/build.rs", "").unwrap(); }}\n')

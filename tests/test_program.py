@@ -221,7 +221,7 @@ def test_a_stop_is_an_error_with_file_and_line_and_a_reset_begins_again(counter)
     with pytest.raises(FMICallException):
         running.call(0.5)
     line = COUNTER.splitlines().index("    #list[#index] := 7;") + 1
-    assert f"machine.scl:{line}: index 3 is outside of 0..2 (call 1, 0.5 s after the start)" in running.log.take()[-1].text
+    assert f"machine.scl:{line}: index 3 is outside 0..2 (call 1, 0.5 s after the start)" in running.log.take()[-1].text
     assert running.get("count") == 1, "the values are those before the call"
     running.slave.reset()
     running.start()
@@ -603,7 +603,7 @@ def test_a_program_that_stops_with_its_start_values_is_packed_with_a_note(build,
         END_FUNCTION_BLOCK"""
     done, folder = build(source, "--cycle=100ms")
     assert done.returncode == 0, done.stderr
-    note = "with its start values the program stops: machine.scl:4: index 0 is outside of 1..5"
+    note = "with its start values the program stops: machine.scl:4: index 0 is outside 1..5"
     assert note in done.stderr
     checked = subprocess.run([command, "check", folder / "machine.scl"], capture_output=True, text=True)
     assert checked.returncode == 0 and note in checked.stdout

@@ -168,7 +168,7 @@ def test_a_program_that_stops_says_so_at_its_line_and_begins_again(open_tool):
     page.get_by_role("button", name="Run", exact=True).click()
     stop = page.locator(".line-note.is-stop")
     stop.wait_for()
-    assert "index 4 is outside of 1..3" in stop.inner_text()
+    assert "index 4 is outside 1..3" in stop.inner_text()
     # It follows the line of the access.
     assert stop.evaluate("note => note.previousElementSibling.dataset.line") == "8"
     stop.get_by_role("button", name="Restart").click()

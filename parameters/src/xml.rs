@@ -312,7 +312,7 @@ impl<'t> Document<'t> {
             None if text.trim().is_empty() => Ok(()),
             None => Err((
                 span.end - text.trim_start().len(),
-                format!("text outside of the root element: {}", quoted(text.trim())),
+                format!("text outside the root element: {}", quoted(text.trim())),
             )),
         }
     }

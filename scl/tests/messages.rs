@@ -178,7 +178,7 @@ fn types_that_do_not_fit_are_refused() {
     refused("#r := #r MOD 2.0;", "MOD needs integers");
     refused("#i := #array;", "expected INT, found ARRAY[1..3] OF INT");
     refused("#pair := #array;", "expected \"Pair\", found ARRAY[1..3] OF INT");
-    refused("#i := #array[4];", "index 4 is outside of 1..3");
+    refused("#i := #array[4];", "index 4 is outside 1..3");
     refused("#i := #array[1, 2];", "2 indices for 1 dimensions");
     refused("#i := #i[1];", "INT has no elements");
     refused("#i := #array[#r];", "an index must be an integer, not a REAL");

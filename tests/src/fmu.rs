@@ -62,7 +62,7 @@ static PREBUILT: LazyLock<Option<PathBuf>> = LazyLock::new(|| std::env::var_os("
 /// The packages in `tests/fmus`. Cargo knows them by `test-only` in their `Cargo.toml`; a folder of libraries does not.
 const TEST_ONLY: [&str; 2] = ["counter", "panicking"];
 
-/// The package of the library of programs.
+/// The package of the program library.
 const PROGRAMS: &str = "program_library";
 
 /// Programs with variables of every type, which run without a stop whatever they are given.

@@ -205,7 +205,9 @@ pub fn remedy(remedy: &Remedy) -> String {
     match remedy {
         Remedy::Sentence(text) => text.clone(),
         Remedy::ChooseBlock(blocks) => format!("choose its block: {blocks}"),
-        Remedy::ChooseThisBlock(block) => format!("if it is {block}, whose members it has, choose that as its block"),
+        Remedy::ChooseThisBlock(block) => {
+            format!("if it is {block}, which has the same members, choose that as its block")
+        }
         Remedy::DeclareConstant(name) => format!("declare it under Options: the constant {name} = 5"),
         Remedy::DeclareInstance(name) => {
             format!("specify its block under Options: the tag {name} : Block")

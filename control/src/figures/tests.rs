@@ -34,7 +34,7 @@ fn the_figures_of_a_short_step_can_be_checked_by_hand() {
     let setpoint: Vec<f64> = (0..12).map(|call| if call < 1 { 0.0 } else { 10.0 }).collect();
     let value = [0.0, 0.0, 2.0, 4.0, 6.0, 8.0, 11.0, 10.1, 10.0, 10.0, 10.0, 10.0];
     let figures = all(&times, &setpoint, &value);
-    // 1 is reached at 1.5 s, 9 at 5 1/3 s; 11 at 6 s is outside of 9.8 to 10.2; the step is at 1 s.
+    // 1 is reached at 1.5 s, 9 at 5 1/3 s; 11 at 6 s is outside 9.8 to 10.2; the step is at 1 s.
     let expected = [
         ("rise", 16.0 / 3.0 - 1.5),
         ("overshoot", 10.0),

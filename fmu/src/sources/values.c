@@ -166,7 +166,7 @@ static void plcfmu_say_stop(const plcfmu_block_t *block, const call_t *call, plc
     if (call->cause == OUT_OF_BOUNDS) {
         plcfmu_say(text, ": index ");
         plcfmu_say_whole(text, call->index);
-        plcfmu_say(text, " is outside of ");
+        plcfmu_say(text, " is outside ");
         plcfmu_say_whole(text, call->low);
         plcfmu_say(text, "..");
         plcfmu_say_whole(text, call->high);

@@ -110,7 +110,7 @@ fn a_file_that_is_no_parameter_set_is_refused() {
         ("<a>\n<b></a>", "plant.ssv:2:4: this is not XML"),
         ("<a><b></b>", "plant.ssv:1:1: the element `a` is not closed"),
         ("<a/>\n<b/>", "plant.ssv:2:1: a second root element"),
-        ("<a/>\nb", "plant.ssv:2:1: text outside of the root element: `b`"),
+        ("<a/>\nb", "plant.ssv:2:1: text outside the root element: `b`"),
         ("<a>&x;</a>", "plant.ssv:1:4: the entity `&x;` is unknown"),
         ("<a b='1' b='2'/>", "plant.ssv:1:1: `a`: "),
     ] {

@@ -487,7 +487,7 @@ impl Lowerer<'_, '_> {
         if let (Expr::Const(number), Some((low, high))) = (&value, bounds) {
             let number = number.bits() as i64;
             if !(i64::from(low)..=i64::from(high)).contains(&number) {
-                self.error(span, format!("index {number} is outside of {low}..{high}"), None);
+                self.error(span, format!("index {number} is outside {low}..{high}"), None);
             }
         }
         value

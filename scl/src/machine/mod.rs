@@ -87,7 +87,7 @@ impl fmt::Display for Stop {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         write!(formatter, "{}:{}: ", self.file, self.line)?;
         match &self.cause {
-            Cause::Index { index, low, high } => write!(formatter, "index {index} is outside of {low}..{high}"),
+            Cause::Index { index, low, high } => write!(formatter, "index {index} is outside {low}..{high}"),
             Cause::Budget(budget) => write!(
                 formatter,
                 "the call was stopped after {budget} statements; if this loop does end, give the program a larger budget"

@@ -83,7 +83,7 @@ fn random_programs_give_the_same_bits_when_they_are_read_again() {
         // The generator may produce a constant index that is out of bounds: it stops the program, whereas SCL rejects
         // it at compile time.
         let compiled = match compile(&[Source::new("random.scl", text.clone().into_bytes())], &options) {
-            Err(errors) if errors[0].to_string().contains("is outside of") => continue,
+            Err(errors) if errors[0].to_string().contains("is outside") => continue,
             Err(errors) => panic!("seed {seed}: {}\n{text}", errors[0]),
             Ok(compiled) => compiled,
         };

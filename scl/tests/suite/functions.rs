@@ -129,7 +129,7 @@ fn elements_are_moved_and_filled() {
     holds("UFILL_BLK(IN := #n + 5, COUNT := 2, OUT => #to[4]);", &["#to[3] = 0 AND #to[4] = 7 AND #to[5] = 7"]);
     let mut ran = Ran::new(program("MOVE_BLK(IN := #from[4], COUNT := 3, OUT => #to[0]);"));
     let stop = ran.call(0).unwrap_err().to_string();
-    assert!(stop.ends_with("index 6 is outside of 1..5"), "{stop}");
+    assert!(stop.ends_with("index 6 is outside 1..5"), "{stop}");
 }
 
 #[test]

@@ -65,7 +65,7 @@ pub(super) fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
 fn workbook(mut parts: BTreeMap<&str, Vec<u8>>) -> Result<Option<Tags>, String> {
     let mut part = |path: &str| {
         let bytes = parts.remove(path);
-        bytes.map(String::from_utf8).transpose().map_err(|_| format!("{path} is not in UTF-8"))
+        bytes.map(String::from_utf8).transpose().map_err(|_| format!("{path} is not UTF-8"))
     };
     let (mut tags, mut has_table) = (Tags::default(), false);
     for (name, rows) in sheets(&mut part)? {

@@ -229,7 +229,7 @@ export async function take(file, at) {
   const of = file.loops[at];
   const fmu = store.catalogue.fmus.find((one) => one.name === of.block) ?? (await byBlock(of.block));
   if (!fmu) {
-    throw new EngineError(`${of.name}: no FMU for block ${of.block} here; open its .fmu with plcfmu tool.`);
+    throw new EngineError(`${of.name}: no FMU for the block ${of.block} here; open its .fmu with plcfmu tool.`);
   }
   const loop = await store.add(of.name, fmu.name, of, file.name);
   loop.notes.at = at;

@@ -74,7 +74,7 @@ fn an_index_outside_stops_with_its_line_and_leaves_the_memory_as_it_was() {
     let before = machine.state().to_vec();
     let stop = machine.call(0, 0).unwrap_err();
     assert_eq!((stop.line, &stop.cause), (5, &Cause::Index { index: 4, low: -1, high: 3 }));
-    assert_eq!(stop.to_string(), "test.scl:5: index 4 is outside of -1..3");
+    assert_eq!(stop.to_string(), "test.scl:5: index 4 is outside -1..3");
     assert_eq!(machine.state(), before);
 
     machine.set((-1_i16).into(), 10);
