@@ -198,7 +198,7 @@ def test_no_file_beside_another_leads_out_of_the_folder(client):
 @pytest.mark.parametrize(
     ("tool", "arguments", "expected"),
     [
-        ("check", {"file": "motor.scl"}, 'check has no argument "file"; its arguments are files, '),
+        ("check", {"file": "motor.scl"}, 'check has no argument "file"; available: files,  '),
         ("check", {}, "check needs files"),
         ("check", {"files": [{}]}, "files: [{}]: expected a value or a list of values"),
         # No option is smuggled in, and no crate built.
@@ -218,7 +218,7 @@ def test_a_wrong_request_is_an_error_that_says_why(client, tool, arguments, expe
 
 def test_what_is_no_tool_or_no_method_is_refused(client):
     error = client.request("tools/call", name="delete", arguments={})["error"]
-    assert error["message"] == 'no tool "delete"; the tools are check, show, build, test, run'
+    assert error["message"] == 'no tool "delete"; available: check, show, build, test, run'
     assert "error" in client.request("no/such/method")
 
 

@@ -131,7 +131,7 @@ def test_an_output_that_initial_unknowns_leave_out_departs_from_the_standard_and
     departures = [line for line in output.splitlines() if "DEPARTS" in line]
     assert departures == ['  DEPARTS: modelDescription.xml: InitialUnknowns: variable "LMN" (index 27) is missing: add it']
     assert "run: instantiated, initialized, 10 steps" in output
-    assert output.endswith("\n  departs from the standard; the tools tried run it\n")
+    assert output.endswith("\n  departs from the standard, but the tools tried can run it\n")
 
 
 def other_guid(files, original):

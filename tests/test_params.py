@@ -186,7 +186,7 @@ def test_the_input_is_not_overwritten_and_an_unknown_ending_is_refused(params, t
         "error: ./a.json is read by this command: write to another file\n"
     )
     assert (tmp_path / "a.json").read_bytes() == text
-    assert "a.txt: not the extension of a parameter file, which is one of .awl" in params("a.txt").stderr
+    assert "a.txt: not a parameter file; its extension must be one of .awl" in params("a.txt").stderr
     (tmp_path / "a.txt").write_bytes(text)
     assert params("a.txt", "--format", "json").returncode == 0
 
@@ -223,7 +223,7 @@ def test_the_offset_of_a_dump_is_that_of_its_own_file(params):
     assert params(*multi, "--out", "own.bin").returncode == 0
     done = params(*multi, "--diff", "own.bin")
     assert (done.returncode, done.stdout) == (0, "no differences\n"), done.stderr
-    assert "--offset is for dumps" in params(FILES / "right" / "loops.json", "--offset", "4").stderr
+    assert "--offset applies only to dumps" in params(FILES / "right" / "loops.json", "--offset", "4").stderr
 
 
 SLIP = "DATA_BLOCK DB 41 FB 41 BEGIN GAIN := 3.0; END_DATA_BLOCK DATA_BLOCK DB 42 FB 41 BEGIN GAIN := T#3S; END_DATA_BLOCK"

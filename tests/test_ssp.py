@@ -212,7 +212,7 @@ def test_what_an_ssp_file_does_not_hold_is_told(packed, tmp_path):
     (tmp_path / "loop.toml").write_text(f"{description}\n[[events]]\ntime = 300.0\nset.CONT_C.SP_INT = 80.0\n")
     path, remarks = packed("loop.toml")
     assert remarks == [
-        "an SSP file cannot set values at a time: CONT_C.SP_INT = 80 at 300 s left out",
+        "an SSP file cannot set values during a run: CONT_C.SP_INT = 80 at 300 s left out",
         "an SSP file does not specify the order of FMUs: libcosim and Ecos exchange all values at the same time, as plcfmu "
         "run --parallel does",
         "an SSP file has no communication step: set 1 s in the tool that runs it",

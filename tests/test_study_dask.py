@@ -201,7 +201,7 @@ def test_what_an_interrupted_call_has_made_is_not_made_again(tmp_path, between, 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr(studies._Parts, "add", add_three)
         run(study, out, client)
-    assert "parts keeps the finished runs: study(..., resume=True) continues with them" in caplog.text
+    assert "parts: continue with study(..., resume=True)" in caplog.text
     done = [run for part in spans(out) for run in part]
     assert len(done) >= 3
     with pytest.raises(plcfmu.StudyError, match="parts has runs of an earlier call: continue with resume=True, or remove"):
@@ -394,7 +394,7 @@ def test_runs_that_kill_every_worker_are_named(tmp_path, between, client, monkey
     monkeypatch.setattr(client.cluster.scheduler, "allowed_failures", 0)
     between.begin('[ "$first" != 2 ] || kill -9 "$PPID"')
     # The worker had another range besides, which Dask suspects as well.
-    wanted = r"^runs? \d+( to \d+)?: 1 worker died while it ran it: .*tcp://\S+ .*; .*parts keeps the finished runs"
+    wanted = r"^runs? \d+( to \d+)?: 1 worker died while running it: .*tcp://\S+ .*; the finished runs are kept in .*parts: "
     with pytest.raises(plcfmu.StudyError, match=wanted):
         run(write_study(tmp_path / "deadly.toml", seed=7), tmp_path / "out", client)
 

@@ -329,7 +329,7 @@ def test_a_body_that_is_too_large_is_refused_before_it_is_sent(tool, what, kind,
     connection.endheaders()
     answer = connection.getresponse()
     assert answer.status == 413
-    assert json.loads(answer.read())["error"]["message"] == f"this is larger than {most} MiB, the most that the server accepts"
+    assert json.loads(answer.read())["error"]["message"] == f"this is larger than {most} MiB, the maximum that the server accepts"
     connection.close()
 
 
@@ -894,5 +894,5 @@ def test_what_cannot_be_served_is_refused_in_a_sentence(command, tool, tmp_path)
         "empty has no program source: export one there, as .scl, .udt, .db, .s7dcl, .xml or .awl"
     )
     assert refused(command, tmp_path, "--fmus", "empty") == (
-        "no FMUs of blocks in empty: name their folder with --fmus, or set PLCFMU_FMUS to it"
+        "no block FMUs in empty: name their folder with --fmus, or set PLCFMU_FMUS to it"
     )

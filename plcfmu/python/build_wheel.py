@@ -75,7 +75,7 @@ def stage(fmus: list[pathlib.Path], programs: pathlib.Path, folder: pathlib.Path
     (folder / notices.NAME).write_text(notices.notices(target), encoding="utf-8", newline="\n")
     project = (PYTHON / "pyproject.toml").read_text(encoding="utf-8")
     if MANIFEST not in project:
-        sys.exit(f"error: {PYTHON / 'pyproject.toml'} has no line {MANIFEST}")
+        sys.exit(f"error: {PYTHON / 'pyproject.toml'} lacks the line {MANIFEST}")
     manifest = f"manifest-path = '{ROOT / 'plcfmu' / 'Cargo.toml'}'\ndata = 'data'"
     (folder / "pyproject.toml").write_text(project.replace(MANIFEST, manifest), encoding="utf-8")
 
@@ -188,7 +188,7 @@ def main() -> None:
     needed = ["maturin", "ziglang"] if any("-linux-" in target for target in targets) else ["maturin"]
     for module in needed:
         if importlib.util.find_spec(module) is None:
-            sys.exit(f"error: {sys.executable} has no {module}: install it (pip install {module})")
+            sys.exit(f"error: {module} is missing from {sys.executable}: install it (pip install {module})")
     programs = options.fmus / "programs"
     for target in targets:
         if not any((programs / PLATFORMS[target]).glob("program.*")):

@@ -36,7 +36,7 @@ def reference(package, name):
     text = package.read("documentation/fmi-ls-ref.txt").decode()
     times = re.search(r"^Start time (\S+) s, stop time (\S+) s, communication step (\S+) s", text, re.MULTILINE)
     if not times:
-        raise ValueError(f"{name}.fmu: documentation/fmi-ls-ref.txt has no times")
+        raise ValueError(f"{name}.fmu: no times in documentation/fmi-ls-ref.txt")
     return times.groups(), re.findall(r"^Set before the initialization ends: (.+)$", text, re.MULTILINE)
 
 

@@ -63,7 +63,7 @@ def attempt(command: pathlib.Path, what: pathlib.Path, folder: pathlib.Path) -> 
 
 def main() -> None:
     if len(sys.argv) != 2:
-        sys.exit("error: name the folder of the wheels and the archives: try_release.py FOLDER")
+        sys.exit("error: specify the folder with the wheels and archives: try_release.py FOLDER")
     folder = pathlib.Path(sys.argv[1]).resolve()
     platform = build_wheel.PLATFORMS[build_wheel.host()]
     archives = [path for path in folder.glob(f"plcfmu-*-{platform}.*") if path.name.endswith((".tar.gz", ".zip"))]

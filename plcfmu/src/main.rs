@@ -16,9 +16,9 @@ use std::process::ExitCode;
 
 /// The help about commands that run FMU code.
 const NATIVE_CODE: &str = "\
-Native code of FMUs runs in a separate process, in run, check --run, study, tune-study, in tool when a loop is started, and in mcp \
-when its client calls run. preset starts each preset once. params, preset and tool also load a named FMU of your own block, to read \
-its table. No other command runs any.";
+Native FMU code runs in a separate process: in run, check --run, study and tune-study; in tool, when a loop is started; and in mcp, \
+when its client calls run. preset starts each preset once. If you name an FMU of your own block, params, preset and tool also load its \
+library to read its table. No other command runs native FMU code.";
 
 /// Makes FMUs from PLC blocks; inspects, checks and runs FMUs.
 #[derive(Parser)]

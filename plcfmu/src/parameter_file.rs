@@ -60,7 +60,7 @@ fn read_plc(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
     let block = blocks
         .iter()
         .find(|own| own.is_called(block))
-        .with_context(|| format!("{name}: no block {block:?}: the blocks are {}", names()))?;
+        .with_context(|| format!("{name}: no block {block:?}; available: {}", names()))?;
     let progress = Progress::spinner(&format!("reading DB{} of {}", address.number, address.host));
     let bytes = plc::fetch(&address, block, options.offset)?;
     drop(progress);
@@ -92,7 +92,7 @@ pub fn format_of(name: &str) -> Result<Format> {
             .flat_map(|format| format.extensions())
             .map(|extension| format!(".{extension}"))
             .collect();
-        format!("{name}: not the extension of a parameter file, which is one of {}", extensions.join(", "))
+        format!("{name}: not a parameter file; its extension must be one of {}", extensions.join(", "))
     })
 }
 

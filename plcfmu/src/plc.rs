@@ -62,7 +62,7 @@ impl FromStr for Address {
         ensure!(!host.is_empty(), "{text:?} has no host: {EXAMPLE}");
         let small = |what: &str, number: &str, highest: u8| match number.parse() {
             Ok(number) if number <= highest => Ok(number),
-            _ => Err(anyhow!("{text:?}: {number:?} is not a {what}, which is 0 ... {highest}: {EXAMPLE}")),
+            _ => Err(anyhow!("{text:?}: {number:?} is not a {what} (0 to {highest}): {EXAMPLE}")),
         };
         let number = block
             .get(..2)
@@ -173,7 +173,7 @@ fn read(stream: &mut (impl Read + Write), address: &Address, start: usize, lengt
     ensure!(answer.first().is_some_and(|code| code & 0xF0 == 0xD0), "{}", wrong_place(address));
 
     let answer = exchange(stream, &SETUP)
-        .context("the PLC may have no connection left; close another programming device or panel")?;
+        .context("the PLC may have no free connection; close another programming device or panel")?;
     let (parameters, _) = content(&answer, SETUP_FUNCTION)?;
     let granted = parameters.get(6..8).map_or(0, |granted| usize::from(u16::from_be_bytes([granted[0], granted[1]])));
     ensure!(
@@ -225,7 +225,7 @@ fn refusal(code: u8, number: u16, end: usize) -> String {
              and switch off \"Optimized block access\" in its properties"
         ),
         0x01 => "the PLC reports a hardware fault".into(),
-        _ => format!("the PLC refuses to read DB{number} with the code {code:#04x}"),
+        _ => format!("the PLC refuses to read DB{number} (code {code:#04x})"),
     }
 }
 
@@ -240,7 +240,7 @@ fn refusal_of_request(class: u8, code: u8) -> String {
         }
         (0x85, _) => "the PLC rejected the request as too long".into(),
         (0x83, _) => "the PLC has no resources left for the request: try again later".into(),
-        _ => format!("the PLC refuses the request with the error class {class:#04x}, code {code:#04x}"),
+        _ => format!("the PLC refuses the request (error class {class:#04x}, code {code:#04x})"),
     }
 }
 

@@ -49,7 +49,7 @@ fn build_command(workspace: &Workspace) -> Result<PathBuf> {
     build.args(["build", "--quiet", "--package", "plcfmu", "--package", "xtask", "--bin", "plcfmu"]);
     let built = artifacts(build.current_dir(&workspace.root))?;
     let executable = built.into_iter().find_map(|artifact| artifact.executable);
-    Ok(executable.context("cargo has not built plcfmu")?.into())
+    Ok(executable.context("cargo did not build plcfmu")?.into())
 }
 
 /// The loops in a folder: the Python files that are programs; the other files are shared modules.
@@ -78,7 +78,7 @@ fn choose(loops: Vec<PathBuf>, names: &[String]) -> Result<Vec<PathBuf>> {
     let is = |program: &Path, asked: &str| name(program).eq_ignore_ascii_case(asked.trim_end_matches(".py"));
     if let Some(unknown) = names.iter().find(|asked| !loops.iter().any(|program| is(program, asked))) {
         let known: Vec<_> = loops.iter().map(|program| name(program)).collect();
-        bail!("no demo {unknown}: the demos are {}", known.join(", "));
+        bail!("no demo {unknown}; available: {}", known.join(", "));
     }
     Ok(loops.into_iter().filter(|program| names.iter().any(|asked| is(program, asked))).collect())
 }
@@ -95,7 +95,7 @@ mod tests {
         assert_eq!(choose(loops(), &["cascade.py".into()]).unwrap(), loops()[..1]);
         assert_eq!(
             choose(loops(), &["ramps".into()]).unwrap_err().to_string(),
-            "no demo ramps: the demos are cascade, ramp"
+            "no demo ramps; available: cascade, ramp"
         );
     }
 

@@ -172,7 +172,7 @@ impl Sources {
             absent(&self.library, "package", &["description", "license", "keywords", "categories", "rust-version"]);
         vec![
             Check::new("the version has three numbers", is_version, || format!("{version} is not of the form 0.2.0")),
-            Check::new("CITATION.cff has the version of Cargo.toml", cited(&self.citation) == Some(current), || {
+            Check::new("CITATION.cff has the version in Cargo.toml", cited(&self.citation) == Some(current), || {
                 format!("write 'version: {current}' there")
             }),
             Check::new("CHANGELOG.md describes the changes", !unreleased(&self.changelog).is_empty(), || {
@@ -184,7 +184,7 @@ impl Sources {
                 || format!("{version} has been released: choose another version"),
             ),
             Check::new(
-                "the workflow builds with the Rust of Cargo.toml",
+                "the workflow builds with the Rust version in Cargo.toml",
                 !rust.is_empty() && self.workflow.contains(&format!("rustup toolchain install {rust}.")),
                 || format!("install {rust}.x in {WORKFLOW}"),
             ),
@@ -330,8 +330,8 @@ mod tests {
         other.wheel = "[project]\ndescription = \"x\"\n".parse().unwrap();
         other.library = "[package]\nkeywords = []\n".parse().unwrap();
         let expected = [
-            "CITATION.cff has the version of Cargo.toml",
-            "the workflow builds with the Rust of Cargo.toml",
+            "CITATION.cff has the version in Cargo.toml",
+            "the workflow builds with the Rust version in Cargo.toml",
             "the wheel has its metadata",
             "the crate blocks has its metadata",
         ];

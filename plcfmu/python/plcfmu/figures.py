@@ -54,7 +54,7 @@ class Figures:
         for figure in self._figures:
             if figure.name == name:
                 return figure.value
-        raise KeyError(f"no figure {name!r}; there are {', '.join(figure.name for figure in self)}")
+        raise KeyError(f"no figure {name!r}; available: {', '.join(figure.name for figure in self)}")
 
     def __iter__(self) -> Iterator[Figure]:
         return iter(self._figures)

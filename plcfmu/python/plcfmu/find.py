@@ -74,5 +74,5 @@ def fmu(name: str, folder: Optional[Path] = None) -> pathlib.Path:
         remedy = f"did you mean {near[0]}?"
     else:
         remedy = f"build it with `cargo xtask fmu {name}`, or name another folder (argument or {VARIABLE})"
-    there = f"; there are {', '.join(names)}" if names else ""
+    there = f"; available: {', '.join(names)}" if names else ""
     raise FmuNotFoundError(f"no {path}: {remedy}{there}")

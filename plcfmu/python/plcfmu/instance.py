@@ -211,7 +211,7 @@ class Instance:
             return self.variables[name]
         except KeyError:
             near = difflib.get_close_matches(name.upper(), self.variables, 3)
-            hint = f"; did you mean {' or '.join(near)}?" if near else f"; it has {', '.join(self.variables)}"
+            hint = f"; did you mean {' or '.join(near)}?" if near else f"; available: {', '.join(self.variables)}"
             raise UnknownVariableError(f"{self.name} has no variable {name}{hint}") from None
 
     def __contains__(self, name: object) -> bool:

@@ -77,7 +77,7 @@ class Result:
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         if name not in self._arrays:
             if name not in self._rows:
-                raise KeyError(f"no signal {name}; there are {', '.join(self.names)}")
+                raise KeyError(f"no signal {name}; available: {', '.join(self.names)}")
             self._arrays[name] = np.array(self._rows[name])
         return self._arrays[name]
 
@@ -151,7 +151,7 @@ class Result:
             for row in csv.DictReader(file):
                 time = row.pop("time", None)
                 if time is None:
-                    raise ValueError(f"{path} has no column time")
+                    raise ValueError(f"{path} has no column named time")
                 result.add(float(time), row)
         return result
 

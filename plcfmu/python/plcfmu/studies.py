@@ -292,7 +292,7 @@ class _Parts:
         self.count = count
 
     def __str__(self) -> str:
-        return f"{self.folder} keeps the finished runs: study(..., resume=True) continues with them"
+        return f"the finished runs are kept in {self.folder}: continue with study(..., resume=True)"
 
     def check(self, resume: bool) -> None:
         """Raises StudyError for parts of another study, or for any parts unless the study is resumed."""

@@ -246,8 +246,8 @@ def failure(result: Any) -> str:
     error = result[1] if isinstance(result, tuple) else result
     if isinstance(error, KilledWorker):
         died = error.allowed_failures + 1
-        count = "1 worker died while it ran it" if died == 1 else f"{died} workers died while they ran it"
-        return f"{count}: see the logs, the last on {error.last_worker.address} (was there enough memory?)"
+        count = "1 worker died while running it" if died == 1 else f"{died} workers died while running it"
+        return f"{count}: see the logs, most recently on {error.last_worker.address} (out of memory?)"
     return str(error) or type(error).__name__
 
 

@@ -88,7 +88,7 @@ pub fn compile_joined(
     for (platform, linkage) in targets {
         parts.push(compile(workspace, crates, platform, linkage)?);
     }
-    let [(platform, _), _, ..] = targets else { return parts.pop().context("no target was given") };
+    let [(platform, _), _, ..] = targets else { return parts.pop().context("no target specified") };
     let folder = workspace.target.join("platforms").join(platform.folder).join("joined");
     fs::create_dir_all(&folder).with_context(|| format!("{} cannot be created", folder.display()))?;
     let join = |fmu_crate: &FmuCrate| {
@@ -131,7 +131,7 @@ pub fn compile_once(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<(Plat
         build.arg("--quiet");
     }
     let libraries = built(build, std::slice::from_ref(fmu_crate), &host)?;
-    Ok((host, libraries.into_values().next().context("cargo has built no library")?))
+    Ok((host, libraries.into_values().next().context("cargo did not build a library")?))
 }
 
 /// Forwards cargo's output except for its last line, which is the only one if there is nothing to do.
@@ -148,7 +148,7 @@ fn built(mut build: Command, crates: &[FmuCrate], platform: &Platform) -> Result
     let artifacts = artifacts_for(&mut build, platform)?;
     let library = |fmu_crate: &FmuCrate| {
         let path = artifacts.iter().find_map(|artifact| library(artifact, &fmu_crate.library, platform.suffix));
-        let path = path.with_context(|| format!("cargo has not built a library of package {}", fmu_crate.name))?;
+        let path = path.with_context(|| format!("cargo did not build a library for package {}", fmu_crate.name))?;
         Ok((fmu_crate.name.clone(), path.into()))
     };
     crates.iter().map(library).collect()

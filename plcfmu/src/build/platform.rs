@@ -105,7 +105,7 @@ impl Platform {
 pub fn folder(name: &str) -> Result<&'static str> {
     let name = if name == ALIAS.0 { ALIAS.1 } else { name };
     let found = PLATFORMS.iter().find(|platform| platform.folder == name).map(|platform| platform.folder);
-    found.with_context(|| format!("the platforms are {}", folders().join(", ")))
+    found.with_context(|| format!("available: {}", folders().join(", ")))
 }
 
 /// The processors of a platform's libraries; empty if FMI has no such platform.
@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(system("darwin64"), Some(("macOS", ".dylib")));
         assert_eq!(
             folder("win128").unwrap_err().to_string(),
-            "the platforms are linux64, linux32, win64, win32, darwin64, aarch64-linux, aarch32-linux"
+            "available: linux64, linux32, win64, win32, darwin64, aarch64-linux, aarch32-linux"
         );
     }
 

@@ -31,8 +31,7 @@ pub fn run(options: &Options) -> Result<()> {
     if names.iter().any(|name| program::is_part(Path::new(name))) {
         let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
         for file in &files {
-            let told =
-                || format!("{}: a program consists of sources: .scl, .udt, .db, .s7dcl, .xml or .awl", file.display());
+            let told = || format!("{} is not a program source (.scl, .udt, .db, .s7dcl, .xml or .awl)", file.display());
             ensure!(program::is_part(file), program::instead(file).unwrap_or_else(told));
         }
         for (option, is_given) in [
@@ -77,7 +76,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     if let Some(path) = template::different_source(&workspace.root) {
         tell::note(&format!(
-            "{path} differs from that of plcfmu {}; 'plcfmu build --update' replaces the folder",
+            "{path} differs from the version in plcfmu {}; 'plcfmu build --update' replaces the folder",
             env!("CARGO_PKG_VERSION")
         ));
     }

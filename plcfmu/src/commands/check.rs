@@ -192,7 +192,7 @@ impl Verdict {
         let untried = self.untried.iter().map(|why| format!("could not be tried: {why}"));
         let verdict = match (self.errors.is_empty() && self.untried.is_none(), self.departures.is_empty()) {
             (false, _) => None,
-            (true, false) => Some("departs from the standard; the tools tried run it".to_string()),
+            (true, false) => Some("departs from the standard, but the tools tried can run it".to_string()),
             (true, true) => Some("ok".to_string()),
         };
         let lines = self.what.iter().cloned().chain(errors).chain(departures).chain(remarks).chain(others);

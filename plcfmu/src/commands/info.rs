@@ -130,7 +130,7 @@ const MEANINGS: [(&str, &str); 20] = [
     ("canRunAsynchronuously", "may compute a step in the background"),
     ("completedIntegratorStepNotNeeded", "need not be notified of completed integrator steps"),
     ("canBeInstantiatedOnlyOncePerProcess", "one instance per process"),
-    ("canNotUseMemoryManagementFunctions", "allocates its memory itself"),
+    ("canNotUseMemoryManagementFunctions", "allocates its own memory"),
     ("canGetAndSetFMUstate", "its state can be saved and restored"),
     ("canSerializeFMUstate", "a saved state can be stored as bytes"),
     ("providesDirectionalDerivative", "provides partial derivatives"),

@@ -47,7 +47,7 @@ pub struct Arguments {
 fn format(extension: &str) -> Result<Format, String> {
     Format::of_file(&format!(".{extension}")).ok_or_else(|| {
         let extensions: Vec<&str> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
-        format!("the formats are {}", extensions.join(", "))
+        format!("available: {}", extensions.join(", "))
     })
 }
 
@@ -112,7 +112,7 @@ impl Arguments {
         let missing = self.names.iter().find(|name| !found.loops.iter().any(|one| is_called(one, name)));
         if let (Some(missing), true) = (missing, found.errors.is_empty()) {
             let all: Vec<&str> = found.loops.iter().map(|one| one.name.as_str()).collect();
-            bail!("{} has no loop {missing}: it has {}", self.files.join(", "), all.join(", "));
+            bail!("{} has no loop {missing}; available: {}", self.files.join(", "), all.join(", "));
         }
         found.loops.retain(|one| self.names.is_empty() || self.names.iter().any(|name| is_called(one, name)));
         Ok(found)
@@ -123,7 +123,7 @@ impl Arguments {
         let is_bytes = format == Some(Format::Dump) || parameter_file::is_plc(file);
         ensure!(
             self.offset.unwrap_or_default() == 0 || is_bytes,
-            "--offset is for dumps and data blocks of a PLC, and {file} is neither"
+            "--offset applies only to dumps and data blocks of a PLC; {file} is neither"
         );
         let options = Options {
             block: self.block.clone(),

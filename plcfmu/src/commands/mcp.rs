@@ -35,7 +35,7 @@ use tokio::{select, try_join};
 /// The instructions that a client receives first.
 const INSTRUCTIONS: &str = "PLC programs (SCL, LAD, FBD, data blocks and tag tables, as TIA Portal exports them) and FMUs: check them, \
     print a program as SCL, build an FMU from it, test its logic, run it with signals over time. Paths are relative to the folder in which \
-    plcfmu was started and must not leave it. Name a program by all its files together, or by their folder.";
+    plcfmu was started and must not leave it. To specify a program, name all its files together, or their folder.";
 
 /// The maximum output of a command, in bytes.
 const LONGEST: u64 = 16 << 20;
@@ -115,8 +115,7 @@ impl ServerHandler for Server {
         context: RequestContext<RoleServer>,
     ) -> Result<CallToolResponse, ErrorData> {
         let names = || OFFERS.map(|offer| offer.name).join(", ");
-        let unknown =
-            || ErrorData::invalid_params(format!("no tool {:?}; the tools are {}", request.name, names()), None);
+        let unknown = || ErrorData::invalid_params(format!("no tool {:?}; available: {}", request.name, names()), None);
         let offer = OFFERS.iter().find(|offer| offer.name == request.name).ok_or_else(unknown)?;
         let given = request.arguments.unwrap_or_default();
         let answer = select! {
@@ -163,6 +162,6 @@ async fn read(pipe: Option<impl AsyncRead + Unpin>) -> Result<String> {
     let mut bytes = Vec::new();
     let pipe = pipe.context("the process has no output")?;
     pipe.take(LONGEST + 1).read_to_end(&mut bytes).await?;
-    ensure!(bytes.len() as u64 <= LONGEST, "the answer is longer than {} MB: ask for less", LONGEST >> 20);
+    ensure!(bytes.len() as u64 <= LONGEST, "the answer is longer than {} MB: request less", LONGEST >> 20);
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

@@ -200,7 +200,7 @@ fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<Differ
     for (one, other) in pairs {
         if one.block != other.block {
             let (name, block, other) = (&one.name, &one.block.name, &other.block.name);
-            bail!("{name} is a {block} in {} and a {other} in {}", before.0, after.0);
+            bail!("{name} is a {block} in {}, but a {other} in {}", before.0, after.0);
         }
         let changed = |(one, other): &(&MemberValue, &MemberValue)| !is_same(one.value, other.value);
         for (was, is) in one.settings.iter().zip(&other.settings).filter(changed) {

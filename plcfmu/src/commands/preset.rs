@@ -237,7 +237,7 @@ fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>
         // Windows and macOS ignore case in file names.
         if let Some(other) = names.insert(identifier.to_lowercase(), &values.name) {
             bail!(
-                "the loops {other:?} and {:?} would both be written as {identifier}.fmu: make one with --loop and --out",
+                "the loops {other:?} and {:?} would both be written as {identifier}.fmu: write one of them with --loop and --out",
                 values.name
             );
         }

@@ -30,7 +30,7 @@ pub struct Options {
     /// Number of calls on the tape, one per PLC cycle
     #[arg(long, value_name = "N", default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..=MOST_CALLS as i64))]
     calls: u32,
-    /// Seed of the tape: another number makes another tape
+    /// Seed of the tape: each number gives a different tape
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u32,
     /// The compiler that reads the source: TIA Portal, or STEP 7 V5 with S7-SCL
@@ -108,7 +108,7 @@ fn read(from: &str) -> Result<()> {
     let tape = outcome.tape();
     if tape.is_none() {
         tell::remark(&format!(
-            "this version of plcfmu makes a different tape of {} calls with seed {}: names and inputs are unknown",
+            "this version of plcfmu generates a different tape for {} calls and seed {}: names and inputs are unknown",
             outcome.calls, outcome.seed
         ));
     }
@@ -123,7 +123,7 @@ fn read(from: &str) -> Result<()> {
     match outcome.state {
         State::Complete => Ok(()),
         State::Differs { .. } => Err(Differs.into()),
-        State::Running => bail!("the PLC has not made all calls yet: read it again later"),
+        State::Running => bail!("the PLC has not yet made all calls: read it again later"),
     }
 }
 

@@ -1,4 +1,4 @@
-//! `plcfmu show`: prints a program as it was understood.
+//! `plcfmu show`: prints a program as plcfmu understands it.
 
 use super::print;
 use crate::package::program::Options as Packing;
@@ -8,7 +8,7 @@ use parameters::problem::drawn;
 use scl::Dialect;
 use std::path::PathBuf;
 
-/// Print a program as it was understood, as SCL source
+/// Print a program as plcfmu understands it, in SCL
 ///
 /// This includes blocks in LAD and FBD: the text shows what runs, with network titles and comments. The printed program
 /// yields the same results, bit for bit.

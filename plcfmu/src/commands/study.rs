@@ -235,7 +235,7 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     drop(progress);
     made?;
     if pool.is_interrupted() {
-        bail!(Interrupted(format!("{done} of {count} runs are kept; the same command with --resume makes the rest")));
+        bail!(Interrupted(format!("{done} of {count} runs are kept; the same command with --resume makes the others")));
     }
     Ok(())
 }
@@ -405,7 +405,7 @@ impl Again<'_> {
         let difference = differing.next().map(|(figure, (row, anew))| {
             let [row, anew] =
                 [row, anew].map(|value| if value.is_nan() { "no value".into() } else { format!("{value:?}") });
-            format!("{} is {row} in the table and {anew} with new instances", figure.name)
+            format!("{} is {row} in the table, but {anew} with new instances", figure.name)
         });
         self.runs.insert(run, difference);
         Ok(())
@@ -485,11 +485,11 @@ mod tests {
         assert_eq!(again.warning(), None);
         again.compare(1, &[2.0, 0.1]).unwrap();
         let warning = again.warning().unwrap();
-        let said = "run 1: iae is 1.5 in the table and 0.1 with new instances; 1 of 2 repeated runs differ:";
+        let said = "run 1: iae is 1.5 in the table, but 0.1 with new instances; 1 of 2 repeated runs differ:";
         assert!(warning.starts_with(said) && warning.contains("--new-instances"), "{warning}");
         again.compare(0, &[2.0, 1.5]).unwrap();
         let warning = again.warning().unwrap();
-        assert!(warning.starts_with("run 0: rise is no value in the table and 2.0 with new instances;"), "{warning}");
+        assert!(warning.starts_with("run 0: rise is no value in the table, but 2.0 with new instances;"), "{warning}");
     }
 
     #[test]

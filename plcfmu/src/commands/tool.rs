@@ -145,7 +145,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     }
     ensure!(
         fmus.iter().any(|known| !known.is_foreign()),
-        "no FMUs of blocks{}: name their folder with --fmus, or set {FMUS} to it",
+        "no block FMUs{}: name their folder with --fmus, or set {FMUS} to it",
         folder.map_or_else(String::new, |folder| format!(" in {}", folder.display()))
     );
     let collection = Collection::new(fmus, starter);

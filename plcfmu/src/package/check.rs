@@ -268,7 +268,7 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
     let description = &fmu.description;
     ensure!(
         fmu.instantiate_with("plcfmu", NO_GUID, false).is_err(),
-        "its library accepts any {}, not only that of {DESCRIPTION}",
+        "its library accepts any {}, not only the one in {DESCRIPTION}",
         token(description)
     );
     let mut instance = fmu.instantiate("plcfmu", false)?;

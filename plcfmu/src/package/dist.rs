@@ -174,7 +174,7 @@ fn join_fmus(packed: &[PathBuf], new: &Path) -> Result<()> {
 
 /// The names of the FMUs, which must be the same in all folders.
 fn names_in_all(folders: &[PathBuf]) -> Result<Vec<String>> {
-    let (first, others) = folders.split_first().context("no folder was named")?;
+    let (first, others) = folders.split_first().context("no folder specified")?;
     let fmus = names(first, ".fmu")?;
     for other in others {
         let there = names(other, ".fmu")?;

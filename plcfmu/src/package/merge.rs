@@ -128,7 +128,7 @@ fn difference(first: &[u8], second: &[u8]) -> String {
 
 fn difference_of(first: &Description, second: &Description) -> Option<String> {
     let quoted = |text: &str| format!("{:?}", shortened(text));
-    let differ = |what: &str, a: &str, b: &str| (a != b).then(|| format!("{what} is {} and {}", quoted(a), quoted(b)));
+    let differ = |what: &str, a: &str, b: &str| (a != b).then(|| format!("{what} is {} vs. {}", quoted(a), quoted(b)));
     let identifier = |description: &Description| description.model_identifier().unwrap_or_default().to_string();
     let license = |description: &Description| description.license.clone().unwrap_or_default();
     differ("the model's name", &first.model_name, &second.model_name)
@@ -168,7 +168,7 @@ fn line_difference(first: &[u8], second: &[u8]) -> String {
     let (first, second) = (String::from_utf8_lossy(first), String::from_utf8_lossy(second));
     let equal = first.lines().zip(second.lines()).take_while(|(own, other)| own == other).count();
     let line = |text: &str| shortened(text.lines().nth(equal).unwrap_or_default().trim()).to_string();
-    format!("line {} is {:?} and {:?}", equal + 1, line(&first), line(&second))
+    format!("line {} is {:?} vs. {:?}", equal + 1, line(&first), line(&second))
 }
 
 /// Joins FMUs; the names are for messages.
@@ -258,8 +258,8 @@ mod tests {
             Variable { name: name.into(), typed, ..Variable::default() }
         };
         for (message, told) in [
-            (of(&|other| other.guid = "{2}".into()), "the GUID is \"{1}\" and \"{2}\""),
-            (of(&|other| other.model_name = "FAN".into()), "the model's name is \"PUMP\" and \"FAN\""),
+            (of(&|other| other.guid = "{2}".into()), "the GUID is \"{1}\" vs. \"{2}\""),
+            (of(&|other| other.model_name = "FAN".into()), "the model's name is \"PUMP\" vs. \"FAN\""),
             (of(&|other| other.model_variables.push(name("Q"))), "they have 0 and 1 variables"),
         ] {
             assert_eq!(message, format!("their model descriptions differ: {told}"));

@@ -41,14 +41,14 @@ pub struct Options {
     ///
     /// linux64, linux32, win64, win32, darwin64, aarch64-linux or aarch32-linux (also: armv7). Other platforms than
     /// this machine's need Rust's standard library ('rustup target add ...') and a linker: mingw for Windows, zig with
-    /// cargo-zigbuild for the others. The variable PLCFMU_CROSS_CARGO names another cargo for these platforms.
+    /// cargo-zigbuild for the others. The environment variable PLCFMU_CROSS_CARGO names another cargo for these platforms.
     #[arg(long = "platform", value_name = "PLATFORM", value_parser = platform::folder)]
     pub platforms: Vec<&'static str>,
     /// Library built elsewhere, for the single FMU being packed; may be repeated
     #[arg(long = "library", value_name = "PLATFORM=FILE", value_parser = given_library)]
     pub libraries: Vec<(&'static str, PathBuf)>,
     /// Link against this machine's C library (needs no zig); such an FMU may not run on an older Linux. A PLC program
-    /// is compiled through C, by the compiler in the variable CC, or by cc, gcc, clang or zig
+    /// is compiled through C, by the compiler in the environment variable CC, or by cc, gcc, clang or zig
     #[arg(long)]
     pub native: bool,
     #[command(flatten)]
@@ -187,7 +187,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     if !plan.has_host {
         let host = plan.host.folder;
         tell::note(&format!(
-            "the library for this machine ({host}) was built only for the tables; the FMUs do not contain it"
+            "the library for this machine ({host}) was built only to read the tables; the FMUs do not contain it"
         ));
     } else if plan.is_host_native && plan.host.is_linux() {
         note_glibc(&all, options.native)?;
@@ -266,7 +266,7 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 /// # Errors
 /// The crate does not exist.
 pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
-    const WHAT: &str = "an FMU needs a package with a cdylib that depends on fmu";
+    const WHAT: &str = "an FMU package has a cdylib target and depends on fmu";
     if workspace.crates.is_empty() {
         bail!("no FMU in {}: {WHAT}; 'plcfmu new NAME' creates one", workspace.root.display());
     }
@@ -277,12 +277,12 @@ pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>>
     };
     for package in &options.packages {
         if !workspace.crates.iter().chain(&workspace.programs).any(|fmu_crate| fmu_crate.name == *package) {
-            bail!("{package} is not a package that makes an FMU ({WHAT}): there are {}", names(true));
+            bail!("{package} is not an FMU package ({WHAT}); available: {}", names(true));
         }
     }
     for name in &options.names {
         if !workspace.crates.iter().any(|fmu_crate| is_named(name, fmu_crate)) {
-            bail!("no FMU {name}: the packages that make FMUs are {}", names(false));
+            bail!("no FMU {name}; available packages: {}", names(false));
         }
     }
     let is_all = options.names.is_empty() && options.packages.is_empty();
@@ -303,7 +303,7 @@ fn is_same(a: &str, b: &str) -> bool {
 fn check_names(made: &[(&str, &str)]) -> Result<()> {
     for (place, (package, fmu)) in made.iter().enumerate() {
         if let Some((other, _)) = made[..place].iter().find(|(_, other)| is_same(other, fmu)) {
-            bail!("the packages {other} and {package} both make {fmu}.fmu: rename one of the blocks");
+            bail!("the packages {other} and {package} would both produce {fmu}.fmu: rename one of the blocks");
         }
     }
     Ok(())
@@ -438,8 +438,8 @@ mod tests {
         assert_eq!(selected(&[], &["boom"]).unwrap(), ["boom"]);
         assert_eq!(
             selected(&[], &["bom"]).unwrap_err().to_string(),
-            "bom is not a package that makes an FMU (an FMU needs a package with a cdylib that depends on fmu): there \
-             are boom, my-pump, valve"
+            "bom is not an FMU package (an FMU package has a cdylib target and depends on fmu); available: \
+             boom, my-pump, valve"
         );
     }
 
@@ -465,7 +465,7 @@ mod tests {
         for name in ["PUMPS", "boom"] {
             assert_eq!(
                 selected(&[name], &["valve"]).unwrap_err().to_string(),
-                format!("no FMU {name}: the packages that make FMUs are my-pump, valve")
+                format!("no FMU {name}; available packages: my-pump, valve")
             );
         }
     }
@@ -511,7 +511,7 @@ mod tests {
             "--library belongs to one FMU, but 2 would be packed: name one, such as 'PUMP'"
         );
         assert_eq!(refusal(&[], &["pump.so"], 1), "write PLATFORM=FILE, such as win64=pump.dll");
-        assert!(refusal(&[], &["win128=pump.so"], 1).starts_with("the platforms are linux64, "));
+        assert!(refusal(&[], &["win128=pump.so"], 1).starts_with("available: linux64, "));
     }
 
     #[test]
@@ -519,7 +519,7 @@ mod tests {
         check_names(&[("a", "PUMP"), ("b", "VALVE")]).unwrap();
         assert_eq!(
             check_names(&[("a", "PUMP"), ("b", "Pump")]).unwrap_err().to_string(),
-            "the packages a and b both make Pump.fmu: rename one of the blocks"
+            "the packages a and b would both produce Pump.fmu: rename one of the blocks"
         );
     }
 

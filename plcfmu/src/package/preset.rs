@@ -58,7 +58,7 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
         let variable = &description.variables[place];
         ensure!(
             is_declared(variable, value),
-            "{name} is {value} in {path} and {} in {DESCRIPTION}: one of them was changed",
+            "{name} is {value} in {path}, but {} in {DESCRIPTION}: one of them was changed",
             declared(variable)
         );
     }

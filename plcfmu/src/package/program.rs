@@ -66,8 +66,8 @@ pub struct Options {
     /// A constant that no source declares, such as MAX=5
     #[arg(long = "constant", value_name = "NAME=VALUE", value_parser = constant)]
     constants: Vec<(String, String)>,
-    /// A block of which only the interface is used: its inputs become outputs of the FMU, and its outputs inputs; may
-    /// be repeated
+    /// A block of which the program uses only the interface: its inputs become outputs of the FMU, its outputs inputs;
+    /// may be repeated
     #[arg(long = "stub", value_name = "NAME")]
     stubs: Vec<String>,
     /// Infer undeclared names from their use: tags, data blocks, types, and stubs of blocks that are only called. The

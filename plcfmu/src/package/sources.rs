@@ -50,7 +50,7 @@ pub(super) fn generate(
     let found = sources::tape(&table.rows, &mut OfLaw::new(&law, interface, &places)?)?;
     ensure!(
         expected == found,
-        "the law that was read returns other values than the library: they were built from different sources"
+        "the law read from the source and the library return different values: they were built from different sources"
     );
     Ok(sources::file(&Parts {
         door,

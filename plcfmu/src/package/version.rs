@@ -60,7 +60,7 @@ pub struct Version {
     #[arg(long, value_name = "TYPES", value_parser = types)]
     pub types: Option<Types>,
     /// Names of variables: structured, as in the PLC, such as par.level; or flat, such as par_level, for tools that
-    /// turn structured names into buses or refuse them
+    /// turn structured names into buses or reject them
     #[arg(id = "naming", long = "names", value_name = "NAMES", value_parser = names, default_value = "structured")]
     pub names: Names,
 }

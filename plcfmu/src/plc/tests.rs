@@ -98,8 +98,8 @@ fn a_wrong_address_is_refused_with_an_example() {
         ("s7://192.168.0.1/0/2/DB41/4", "is not the address of a data block"),
         ("s7:///0/2/DB41", "has no host"),
         ("s7://plc:x/0/2/DB41", "\"x\" is not a TCP port"),
-        ("s7://plc/8/2/DB41", "\"8\" is not a rack, which is 0 ... 7"),
-        ("s7://plc/0/32/DB41", "\"32\" is not a slot, which is 0 ... 31"),
+        ("s7://plc/8/2/DB41", "\"8\" is not a rack (0 to 7)"),
+        ("s7://plc/0/32/DB41", "\"32\" is not a slot (0 to 31)"),
         ("s7://plc/0/2/TIC101", "\"TIC101\" is not a data block such as DB41"),
         ("s7://plc/0/2/DB0", "\"DB0\" is not a data block such as DB41"),
         ("s7://plc/0/2/ä", "\"ä\" is not a data block such as DB41"),
@@ -136,7 +136,7 @@ fn every_refusal_of_an_item_is_a_sentence() {
         ),
         (0x06, "cannot read bytes of DB41 (code 0x06)"),
         (0x0A, "no DB41 in the PLC, or it is an optimized data block"),
-        (0x77, "refuses to read DB41 with the code 0x77"),
+        (0x77, "refuses to read DB41 (code 0x77)"),
     ] {
         let error = refused(vec![confirmed(), granted(240), item(code, &[])]);
         assert!(error.contains(sentence), "{error}");
@@ -148,7 +148,7 @@ fn every_refusal_of_a_request_is_a_sentence() {
     for (error, sentence) in [
         ([0x81, 0x04], "tick \"Permit access with PUT/GET communication from remote partner\""),
         ([0xD2, 0x41], "denies access by its protection level"),
-        ([0x12, 0x34], "the error class 0x12, code 0x34"),
+        ([0x12, 0x34], "(error class 0x12, code 0x34)"),
     ] {
         let error = refused(vec![confirmed(), granted(240), acknowledgement(error, &[], &[])]);
         assert!(error.contains(sentence), "{error}");
@@ -168,7 +168,7 @@ fn a_wrong_rack_or_slot_is_said() {
 fn a_connection_that_ends_early_is_said() {
     assert_eq!(
         refused(vec![confirmed()]),
-        "the PLC may have no connection left; close another programming device or panel: the PLC closed the connection"
+        "the PLC may have no free connection; close another programming device or panel: the PLC closed the connection"
     );
     assert_eq!(refused(vec![confirmed(), granted(240)]), "the PLC closed the connection");
 }

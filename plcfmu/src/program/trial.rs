@@ -105,7 +105,7 @@ impl File {
         };
         let cycle = nanoseconds(content.cycle.get_ref()).with_context(|| format!("{}: cycle", at(&content.cycle)))?;
         if cycle <= 0 {
-            bail!("{}: the cycle must be longer than 0", at(&content.cycle));
+            bail!("{}: the cycle must be greater than 0", at(&content.cycle));
         }
         let cases = content.case.clone();
         Ok(File { source, manifest, cases, cycle })

@@ -111,7 +111,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let page = page::assemble(&sources, &Content { home: Home::Page, data: &data })?;
     let path = options.out.as_ref().map_or_else(|| place(workspace), |folder| folder.join(FILE));
     if page.len() > LARGEST {
-        tell::warning(&format!("{FILE} has {} bytes: more than {LARGEST} do not fit into an e-mail", page.len()));
+        tell::warning(&format!("{FILE} has {} bytes; at most {LARGEST} fit into an e-mail", page.len()));
     }
     temporary::place(&path, |file| Ok(file.write_all(page.as_bytes())?), |_| Ok(()))?;
     let kilobytes = |length: usize| length.div_ceil(1000);
@@ -132,7 +132,7 @@ fn engine(workspace: &Workspace, mut build: Command) -> Result<Vec<u8>> {
     build.env("CARGO_ENCODED_RUSTFLAGS", compile::flags(workspace, &WEB)).env_remove("RUSTFLAGS");
     let artifacts = compile::artifacts_for(&mut build, &WEB)?;
     let path = artifacts.iter().find_map(|artifact| compile::library(artifact, ENGINE, WEB.suffix));
-    let path = path.with_context(|| format!("cargo has not built {ENGINE}"))?;
+    let path = path.with_context(|| format!("cargo did not build {ENGINE}"))?;
     fs::read(path).with_context(|| format!("{path} cannot be read"))
 }
 

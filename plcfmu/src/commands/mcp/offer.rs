@@ -31,7 +31,7 @@ pub(super) const OFFERS: [Offer; 5] = [
     },
     Offer {
         name: "show",
-        about: "Prints a program as SCL, as it was understood, including blocks in LAD and FBD",
+        about: "Prints a program as plcfmu understands it, in SCL, including blocks in LAD and FBD",
         options: show::Options::augment_args,
         needed: &["files"],
         is_json: false,
@@ -117,7 +117,7 @@ impl Offer {
         for (name, value) in request {
             let unknown = || {
                 let names: Vec<&str> = takes.iter().map(|(name, _)| name.as_str()).collect();
-                format!("{} has no argument {name:?}; its arguments are {}", self.name, names.join(", "))
+                format!("{} has no argument {name:?}; available: {}", self.name, names.join(", "))
             };
             let (_, arg) = takes.iter().find(|(taken, _)| taken == name).with_context(unknown)?;
             for text in texts(value).with_context(|| format!("{name}: {value}"))? {
