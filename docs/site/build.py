@@ -1,6 +1,6 @@
-"""Writes the project's site: collects the documents, the pages of the FMUs and the parameter tool, and lets Zensical make it.
+"""Builds the project's site with Zensical, from the documents, the FMU pages and the parameter tool.
 
-The site is a folder of files. Nothing in it is loaded from elsewhere, and the same sources give the same bytes.
+The site is a folder of static files. It loads nothing from elsewhere, and the same sources yield the same bytes.
 """
 
 import argparse
@@ -30,27 +30,27 @@ import tested  # noqa: E402
 TOOL = "plcfmu-tool.html"
 TRY = "Try it in the browser"
 LONGEST_DESCRIPTION = 160
-# Files that are copied because they are not pages.
+# Files that are copied instead of becoming pages.
 FILES = {".gif", ".png", ".svg"}
-# The target of a link or of a picture.
+# The target of a link or picture.
 TARGET = re.compile(r"(?<=\]\()[^)\s]+(?=\))")
-# A section of an FMU's page begins with such a line.
+# The heading of a section in an FMU page.
 SECTION = re.compile(r'^<h([23]) id="([^"]+)">(.*?)</h\1>$', re.MULTILINE)
 
 Fmu = namedtuple("Fmu", "name description kind")
 
 
 class SourceError(Exception):
-    """A document of the repository cannot be shown as it is."""
+    """A document in the repository cannot be converted to a page."""
 
 
 class Site:
-    """A site that is being written.
+    """A site to be written.
 
     `fmus` is the folder of the FMUs; `out` is the folder of the site, which is replaced. `tool` is the page of the
-    parameter tool, if the site is to have it. `address` is where the site will be published, such as
-    https://example.org/plcfmu/, and `repository` where its sources are: with it, pages have links to edit them. `results` is
-    the folder in which tests have left their results.
+    parameter tool, if the site includes it. `address` is the URL at which the site will be published, such as
+    https://example.org/plcfmu/. `repository` is the URL of the sources; if set, each page has a link to edit it.
+    `results` is the folder with the test results.
     """
 
     def __init__(self, fmus, out, tool=None, address="", repository="", results=None):
@@ -66,12 +66,12 @@ class Site:
         self.variables = []
 
     def write(self):
-        """Writes everything."""
+        """Builds the site and replaces `out`."""
         if self.out.exists() and any(self.out.iterdir()) and not (self.out / "search.json").is_file():
             raise FileExistsError(f"{self.out} is neither empty nor a site: choose another folder")
         paths = sorted(self.fmus.glob("*.fmu"))
         if not paths:
-            raise FileNotFoundError(f"no FMU in {self.fmus}: make them with `cargo xtask fmu`")
+            raise FileNotFoundError(f"no FMU in {self.fmus}: `cargo xtask fmu` builds them")
         with tempfile.TemporaryDirectory() as folder:
             self.stage(Path(folder), paths)
             build(folder)
@@ -80,7 +80,7 @@ class Site:
             shutil.copytree(Path(folder) / "site", self.out)
 
     def stage(self, folder, paths):
-        """Collects all that the site is made of in a folder."""
+        """Collects the sources of the site in a folder."""
         self.docs = folder / "docs"
         self.pages = {path.stem: described(path) for path in paths}
         shutil.copytree(HERE / "overrides", folder / "overrides")
@@ -92,7 +92,7 @@ class Site:
             self.place(TOOL, Path(self.tool).read_bytes())
         if self.tested:
             text = self.linked(self.tested, "tests/README.md")
-            self.place("tests/tested.md", page("What was tested, on which system", "What the tests gave, promise by promise.", text))
+            self.place("tests/tested.md", page("What was tested, on which system", "The test results for each promise.", text))
         for source in sources(self.menu()):
             if source.endswith(".md") and (ROOT / source).is_file():
                 self.need(source)
@@ -109,7 +109,7 @@ class Site:
         (folder / "mkdocs.yml").write_text(yaml.safe_dump(self.config, sort_keys=False), "utf-8")
 
     def menu(self):
-        """Completes the menu and the rest of the configuration, and gives the menu."""
+        """Completes the configuration, including the menu, and returns the menu."""
         self.config["plugins"]["mkdocstrings"]["handlers"]["python"]["paths"] = [str(ROOT / "plcfmu/python")]
         if self.address:
             self.config["site_url"] = self.address
@@ -133,7 +133,7 @@ class Site:
         return self.config["nav"]
 
     def fmu(self, path):
-        """Unpacks all of an FMU but its libraries, offers it for download, and makes its page one of the site's."""
+        """Unpacks an FMU except its libraries, offers it for download, and adds its page to the site."""
         name = path.stem
         with zipfile.ZipFile(path) as package:
             for entry in package.namelist():
@@ -145,7 +145,7 @@ class Site:
         text = re.search(r'<main id="main">\n(.*)</main>', made.read_text("utf-8"), re.DOTALL)[1]
         made.unlink()
         self.variables += [(target, row) for row in lxml_html.fromstring(f"<main>{text}</main>").xpath("//tr[@id]")]
-        # The theme has the title and the contents.
+        # The theme adds a title and a table of contents.
         text = re.sub(r"<h1>.*?</h1>\n|<nav class=\"contents\".*?</nav>\n", "", text, flags=re.DOTALL)
         intro, *sections = SECTION.split(text)
         size = f"{path.stat().st_size / 1e6:.1f}".rstrip("0").rstrip(".")
@@ -155,9 +155,9 @@ class Site:
         self.place(target, page(name, self.pages[name].description, "\n\n".join(parts)))
 
     def document(self, source):
-        """A document of the repository."""
+        """Adds a document in the repository."""
         text = self.linked((ROOT / source).read_text("utf-8"), source)
-        # A row about an FMU leads to its page, which the repository does not have.
+        # Links table rows about FMUs to their pages, which do not exist in the repository.
         names = "|".join(self.pages)
         to_root = "../" * source.count("/")
         text = re.sub(rf"^\| `({names})` \|", lambda row: f"| [`{row[1]}`]({to_root}{page_of_fmu(row[1])}) |", text, flags=re.MULTILINE)
@@ -167,26 +167,26 @@ class Site:
         self.place(source, front_matter(description=shortened(about)) + text)
 
     def folder(self, source):
-        """A folder without a document: its files."""
+        """Adds a page that lists the files of a folder without a README.md."""
         entries = sorted(entry.name for entry in (ROOT / source).iterdir() if not entry.name.startswith(("__", ".")))
         listed = "\n".join(f"- [{name}]({self.link(name, f'{source}/x')})" for name in entries)
-        self.place(f"{source}/index.md", page(source, f"The folder {source} of the repository of plcfmu.", listed, is_found=False))
+        self.place(f"{source}/index.md", page(source, f"The folder {source} in the plcfmu repository.", listed, is_found=False))
 
     def source(self, source):
-        """A file of the repository."""
+        """Adds a page that shows a file in the repository."""
         text = (ROOT / source).read_text("utf-8")
         language = Path(source).suffix[1:] or "text"
         fence = "~" * 12
         content = f"{fence}{{.{language}}}\n{text}\n{fence}"
-        self.place(f"{source}.md", page(source, f"The file {source} of the repository of plcfmu.", content, is_found=False))
+        self.place(f"{source}.md", page(source, f"The file {source} in the plcfmu repository.", content, is_found=False))
 
     def linked(self, markdown, source):
-        """A document with links to what the site has; code stays as it is."""
+        """A document with its links adapted to the site; code is left unchanged."""
         parts = re.split(r"(^```.*?^```|^~~~.*?^~~~|`[^`\n]+`)", markdown, flags=re.MULTILINE | re.DOTALL)
         return "".join(part if number % 2 else TARGET.sub(lambda found: self.link(found[0], source), part) for number, part in enumerate(parts))
 
     def link(self, href, source):
-        """The link `href` of the document `source` as it has to be on the site; what it leads to is needed."""
+        """The link `href` in the document `source`, adapted to the site. Its target is added to the site."""
         parts = urlsplit(href)
         if parts.scheme or not parts.path:
             return href
@@ -197,7 +197,7 @@ class Site:
         return f"{link}#{parts.fragment}" if parts.fragment else link
 
     def need(self, path):
-        """The file of the site for a file or folder of the repository; it will be there."""
+        """The path on the site of a file or folder in the repository, which is added to the site."""
         if (ROOT / path / "README.md").is_file():
             path = f"{path}/README.md"
         is_file = Path(path).suffix in FILES
@@ -212,7 +212,7 @@ class Site:
         return f"{path}/index.md" if (ROOT / path).is_dir() else f"{path}.md"
 
     def index_variables(self, site):
-        """Adds the variables of the FMUs to the index of the search, which knows headings only."""
+        """Adds the FMU variables to the search index, which otherwise contains only headings."""
         index = json.loads((site / "search.json").read_text("utf-8"))
         for target, row in self.variables:
             name, location = row.get("id"), target.removesuffix(".md") + ".html"
@@ -223,7 +223,7 @@ class Site:
             index["items"].append({"location": f"{location}#{name}", "level": 3, "title": name, "text": text, "path": ["Blocks", fmu, "Variables"], "tags": []})
         written = json.dumps(index, ensure_ascii=False, separators=(",", ":"))
         (site / "search.json").write_text(written, "utf-8")
-        # A page that was opened from a disk may not fetch a file: the same as a script.
+        # A page opened from disk may not fetch files, so the index is also written as a script.
         (site / "search.js").write_text(f"var __index = {written}", "utf-8")
 
     def place(self, path, content):
@@ -233,22 +233,22 @@ class Site:
 
 
 def build(folder):
-    """Lets Zensical make the site of a folder. Anything that it finds wrong is an error."""
+    """Builds the site in a folder with Zensical. Warnings count as errors."""
     command = [sys.executable, "-m", "zensical", "build", "--strict", "--config-file", "mkdocs.yml"]
     done = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if done.returncode:
-        raise SourceError(f"Zensical has not made the site:\n{done.stdout.split('Traceback')[0]}")
+        raise SourceError(f"Zensical could not build the site:\n{done.stdout.split('Traceback')[0]}")
 
 
 def sources(menu):
-    """The sources of a menu's pages, in its order."""
+    """The sources of the pages in a menu, in order."""
     for entry in menu:
         for target in entry.values():
             yield from [target] if isinstance(target, str) else sources(target)
 
 
 def page(title, description, content, is_found=True):
-    """A page that no document of the repository is. The search does not find it if it is not to be found."""
+    """A page without a document in the repository. `is_found` is whether the search finds it."""
     facts = {"description": shortened(description), "generated": True}
     if not is_found:
         facts["search"] = {"exclude": True}
@@ -260,31 +260,31 @@ def front_matter(**facts):
 
 
 def raw(text):
-    """HTML of an FMU's page, which Markdown leaves alone."""
+    """HTML from an FMU page, which Markdown leaves unchanged."""
     return f'<div class="fmu">\n{text.strip()}\n</div>'
 
 
 def page_of_fmu(name):
-    """The page of an FMU stands where the FMU has it, so that its links lead to the FMU's own files."""
+    """The path of an FMU page: the same as in the FMU, so that its links to the FMU's files work."""
     return f"fmu/{name}/documentation/index.md"
 
 
 def described(path):
-    """What an FMU says that it is."""
+    """The name, description and kind of an FMU."""
     with zipfile.ZipFile(path) as package:
         root = ElementTree.fromstring(package.read("modelDescription.xml"))
     return Fmu(path.stem, root.get("description").split("\n")[0], kind(path.stem))
 
 
 def kind(name):
-    """Whether an FMU is a PLC block, a plant, or an example of a user's own block, by where its source is."""
+    """The kind of an FMU, according to the location of its source: PLC block, plant, or example of a user's own block."""
     if (ROOT / "plants" / "src" / f"{name.lower()}.rs").is_file():
         return "plant"
     return "block" if (ROOT / "fmu" / "libraries" / name.lower()).is_dir() else "own"
 
 
 def first_heading(markdown):
-    """The title of a document."""
+    """A document's title."""
     return re.search(r"^# (.*)", markdown, re.MULTILINE)[1].replace("`", "")
 
 
@@ -297,7 +297,7 @@ def paragraphs(markdown):
 
 
 def shortened(text):
-    """A text as search engines and previews show it: its first words."""
+    """The beginning of a text, short enough for search engines and previews."""
     text = " ".join(text.split())
     if len(text) <= LONGEST_DESCRIPTION:
         return text
@@ -305,12 +305,12 @@ def shortened(text):
 
 
 def style():
-    """The site's own rules, and those of the FMUs' pages for what was taken from there, in the scheme that the reader chose."""
+    """The site's own rules, and those of the FMU pages for the content from there, in the colour scheme chosen by the reader."""
     templates = ROOT / "draw" / "src" / "templates"
     rules = (templates / "style.css").read_text("utf-8")
     rules = rules.replace("@media screen and (prefers-color-scheme: dark) {", '[data-md-color-scheme="slate"] & {')
     rules = rules.replace(":root {", "& {")
-    # The theme has another size of text at the root.
+    # The theme has a different root font size.
     rules = re.sub(r"([\d.]+)rem\b", lambda size: f"{16 * float(size[1]):g}px", rules)
     palette = (ROOT / "plcfmu/python/plcfmu/palette.css").read_text("utf-8")
     return f"{palette}{(HERE / 'site.css').read_text('utf-8')}.fmu {{\n{rules}}}\n"
@@ -318,12 +318,12 @@ def style():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--fmus", default=ROOT / "target" / "fmu", help="folder of the FMUs [target/fmu]")
-    parser.add_argument("--out", default=ROOT / "target" / "docs", help="folder of the site, which is replaced [target/docs]")
-    parser.add_argument("--tool", help="page of the parameter tool, which becomes a part of the site [none]")
-    parser.add_argument("--address", default="", help="where the site will be published, for whole addresses")
-    parser.add_argument("--repository", default="", help="where the sources are published, for links that edit a page")
-    parser.add_argument("--results", help="folder of the results of tests, for the page of what was tested [none]")
+    parser.add_argument("--fmus", default=ROOT / "target" / "fmu", help="folder of the FMUs [default: target/fmu]")
+    parser.add_argument("--out", default=ROOT / "target" / "docs", help="folder of the site, which is replaced [default: target/docs]")
+    parser.add_argument("--tool", help="page of the parameter tool, to include in the site")
+    parser.add_argument("--address", default="", help="URL at which the site will be published, for absolute links")
+    parser.add_argument("--repository", default="", help="URL of the published sources, for links to edit a page")
+    parser.add_argument("--results", help="folder with the test results, for the page 'What was tested'")
     arguments = parser.parse_args()
     try:
         Site(**vars(arguments)).write()

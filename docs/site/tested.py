@@ -1,25 +1,25 @@
-"""The page "What was tested": the promises of tests/README.md, with what their tests gave on each system."""
+"""The page "What was tested": the promises in tests/README.md, with the results of their tests on each system."""
 
 import json
 import re
 
-HEAD = """The promises of this project, each with its tests and with what these gave: how many passed, and how many were skipped because a tool was
-missing. `cargo xtask test` writes these results for the system that it runs on, `.ci/platforms` those of emulated ones, and `cargo xtask docs`
-makes this page of them. To repeat a row: `cargo xtask test -- -k MODULE`. Tests in Rust have no numbers here: `cargo xtask test` runs
-them first, and ends at the first one that fails.
+HEAD = """The promises of this project, each with its tests and their results: how many passed, and how many were skipped because a tool was
+missing. `cargo xtask test` writes the results for the system on which it runs, `.ci/platforms` those for emulated systems, and
+`cargo xtask docs` builds this page from them. To repeat the tests in a row: `cargo xtask test -- -k MODULE`. Rust tests are not counted
+here: `cargo xtask test` runs them first, and stops at the first failure.
 """
 MODULE = re.compile(r"`(test_\w+\.py)`")
 
 
 def page(tests_readme, folder):
-    """The page in Markdown, or None if no tests have left results."""
+    """The page in Markdown, or None if there are no results."""
     found = [json.loads(path.read_text("utf-8")) for path in sorted(folder.glob("*.json"))]
     if not found:
         return None
     systems = [result["system"] for result in found]
     lines = [HEAD, "## Systems\n", *(f"- {system}: {total(result)}" for system, result in zip(systems, found)), ""]
     promises = tests_readme.split("## The map: promise and test\n")[1].split("\n## ")[0]
-    # Below the head of the table and its line.
+    # Skip the header of the table and the line below it.
     rows = [line[1:-1].split("|", 1) for line in promises.splitlines() if line.startswith("|")][2:]
     for promise, tests in ([cell.strip() for cell in row] for row in rows):
         if not tests:
@@ -32,7 +32,7 @@ def page(tests_readme, folder):
 
 
 def said(modules, result):
-    """What the tests of a promise gave on a system."""
+    """The results of a promise's tests on a system."""
     counts = [result["modules"][module] for module in dict.fromkeys(modules) if module in result["modules"]]
     return in_words(counts) if counts else ""
 

@@ -1,5 +1,5 @@
-"""Takes the pictures of README.md and docs/tool.md: a session with the parameter tool, from a parameter file to the result, and a
-short animation of frames of a run.
+"""Takes the screenshots for README.md and docs/tool.md: a session with the parameter tool, from a parameter file to the result, and a
+short animation of a run.
 
     cargo xtask tool
     target/venv/bin/python docs/tool/pictures.py target/tool/plcfmu-tool.html
@@ -14,7 +14,7 @@ import PIL.Image
 from playwright.sync_api import sync_playwright
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-# The controllers of a plant: block, the letters of their names, how many, and the members that differ from loop to loop.
+# The controllers of a plant, in groups: block, letters of the names, number of loops, and the members that the file sets.
 CONTROLLERS = [
     ("FB 41", "TIC", 12, [("MAN_ON", "FALSE"), ("SP_INT", "40.0"), ("GAIN", "1.5"), ("TI", "T#2M"), ("DEADB_W", "0.5")]),
     ("FB 41", "LIC", 6, [("MAN_ON", "FALSE"), ("CYCLE", "T#500MS"), ("SP_INT", "50.0"), ("GAIN", "4.0"), ("TI", "T#90S")]),
@@ -36,10 +36,10 @@ def loops():
 
 
 def run_for(page, seconds):
-    """Runs the loop as fast as it goes."""
+    """Runs the loop at full speed."""
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.locator("#run-for").fill(str(seconds))
-    # After settings were applied it says Resume.
+    # After settings have been applied, the button is labelled Resume.
     page.locator("#run-go").click()
     page.wait_for_function("() => document.querySelector('#run-go').textContent !== 'Pause'")
     page.locator("#run-for").fill("")
@@ -57,7 +57,7 @@ def show_tab(page, name):
 
 
 def session(page):
-    """The steps of a user; gives the name of each picture when it is to be taken."""
+    """Performs a user's session; yields the name of each picture when the page is ready for it."""
     page.locator("#open-files").set_input_files(loops())
     page.get_by_role("button", name="TIC105", exact=True).wait_for()
     yield "open"
@@ -70,7 +70,7 @@ def session(page):
     dead_band.evaluate("one => one.closest('.field').scrollIntoView({ block: 'center' })")
     yield "edit"
     dead_band.press("Enter")
-    # At its setpoint, which is where a step test begins.
+    # A step test begins in steady state at the setpoint.
     run_for(page, 1500)
     show_tab(page, "Tune")
     page.locator("#split").focus()
@@ -99,12 +99,12 @@ def session(page):
     yield "take"
 
 
-# What the animation shows: the PLC's start values, and settings that suit the furnace.
+# The settings in the animation: the PLC's start values, and settings that suit the furnace.
 BEFORE, AFTER = {"GAIN": 2, "TI": 20}, {"GAIN": 0.7, "TI": 130}
 
 
 def frames(page):
-    """The frames of a run: a furnace swings under the PLC's start values, is tuned, and the same test shows what has changed."""
+    """The frames of the animation: a furnace oscillates with the PLC's start values; after tuning, the same test shows the difference."""
     page.locator("#new-block option").first.wait_for(state="attached")
     page.get_by_role("button", name="New loop").click()
     page.locator("#plant-choice").select_option("HEATER")
@@ -140,12 +140,12 @@ def frames(page):
 
 
 def animate(taken, path):
-    """Puts frames together; equal ones are one that stays longer."""
+    """Combines frames into an animation; identical consecutive frames become one that is shown longer."""
     first, *others = [
         PIL.Image.open(io.BytesIO(frame)).convert("RGB").resize((1024, 576), PIL.Image.Resampling.LANCZOS)
         for frame in taken
     ]
-    # Large areas keep their colours; the rest is spread over the colours of lines and letters.
+    # Large areas keep their exact colours; the rest of the palette is for lines and letters.
     areas = [colour for _, colour in sorted(others[-1].getcolors(1 << 20), reverse=True)[:32]]
     lines = others[-1].quantize(208, method=PIL.Image.Quantize.MAXCOVERAGE, dither=PIL.Image.Dither.NONE)
     palette = PIL.Image.new("P", (1, 1))
@@ -155,7 +155,7 @@ def animate(taken, path):
 
 
 def main():
-    """Takes them all."""
+    """Takes all pictures."""
     page_file = pathlib.Path(sys.argv[1]).resolve()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
