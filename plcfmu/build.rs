@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs, io};
 
-/// The variable that, set to `beside`, leaves out the program library: a release has it next to the command, for all
-/// platforms.
+/// The environment variable that omits the program library if set to `beside`: in a release, the libraries for all
+/// platforms are next to the command.
 const PROGRAMS: &str = "PLCFMU_PROGRAMS";
 
 fn main() -> io::Result<()> {
@@ -49,7 +49,7 @@ fn program_library(root: &Path) -> io::Result<String> {
     }
     let variable = |name: &str| env::var(name).map_err(io::Error::other);
     let target = variable("TARGET")?;
-    // A separate folder, since the cargo that runs this program holds the lock of the usual one.
+    // A separate folder, because the cargo that runs this program has locked the usual one.
     let folder = out().join("program_library");
     let cargo_home =
         env::var_os("CARGO_HOME").map_or(env::home_dir().unwrap_or_default().join(".cargo"), PathBuf::from);
@@ -63,7 +63,7 @@ fn program_library(root: &Path) -> io::Result<String> {
         .args(["build", "--profile", "library", "--package", "program_library", "--target", &target, "--target-dir"])
         .arg(&folder);
     cargo.current_dir(root).env("CARGO_ENCODED_RUSTFLAGS", flags).env_remove("RUSTFLAGS");
-    // Clippy sets this variable; here, the library must be compiled.
+    // Set by clippy, but the library must be compiled.
     let output = cargo.env_remove("RUSTC_WORKSPACE_WRAPPER").output()?;
     if !output.status.success() {
         return Err(io::Error::other(format!(

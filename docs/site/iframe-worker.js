@@ -1,5 +1,5 @@
-// A page that was opened from a disk may not start a worker, in which the search runs. On such a page this class takes the place
-// of Worker, and runs the script in a hidden frame of the same origin. The theme loads it by this name.
+// The search runs in a worker, which a page opened from disk may not start. On such a page, this class replaces Worker and runs
+// the script in a hidden frame of the same origin. The theme loads this file by its name.
 "use strict";
 
 class FrameWorker extends EventTarget {
@@ -27,14 +27,14 @@ class FrameWorker extends EventTarget {
         });
     }
 
-    /** Hands a message of the script to the page. */
+    /** Passes a message from the script to the page. */
     receive(data) {
         const event = new MessageEvent("message", {data});
         this.dispatchEvent(event);
         this.onmessage?.(event);
     }
 
-    /** Hands a message of the page to the script, once that is there. */
+    /** Passes a message from the page to the script, once it has loaded. */
     async postMessage(data) {
         await this.loaded;
         this.scope.dispatchEvent(new this.scope.MessageEvent("message", {data: structuredClone(data)}));

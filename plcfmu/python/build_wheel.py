@@ -142,7 +142,7 @@ def archive(wheel: pathlib.Path, target: str) -> pathlib.Path:
     if "-windows-" in target:
         with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as zipped:
             for name, content in sorted(files.items()):
-                # Without a time, which would make each archive different.
+                # Without a timestamp, which would make each archive different.
                 zipped.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
         return place(buffer.getvalue(), wheel.with_name(f"{folder}.zip"))
     with gzip.GzipFile(fileobj=buffer, mode="wb", mtime=0) as zipped, tarfile.open(fileobj=zipped, mode="w") as packed:
@@ -176,7 +176,7 @@ def main() -> None:
         choices=PLATFORMS,
         help="Rust target to build the command for; may be repeated (default: this machine)",
     )
-    parser.add_argument("--archive", action="store_true", help="also write an archive with the command alone, and its bill of materials")
+    parser.add_argument("--archive", action="store_true", help="also write an archive with only the command, and its bill of materials")
     options = parser.parse_args()
     fmus = sorted(options.fmus.glob("*.fmu"))
     if not fmus:

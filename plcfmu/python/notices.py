@@ -34,8 +34,8 @@ def cargo(*arguments: str) -> str:
 
 
 PROGRAM = """\
-The library of a PLC program's FMU is made of the plcfmu project's sources (MIT OR Apache-2.0) and of the crates below, besides what
-NOTICE names.
+The library in the FMU of a PLC program is built from the plcfmu project's sources (MIT OR Apache-2.0), the crates below, and the
+components listed in NOTICE.
 """
 
 

@@ -5,7 +5,7 @@ use blocks::{Block, EachBlock};
 use draw::response::Colors;
 use modeldescription::Table;
 
-/// The colours of the variables of a block's own charts.
+/// The colours of the variables in a block's charts.
 ///
 /// # Errors
 /// The block's dialog does not fit its table.

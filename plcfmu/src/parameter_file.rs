@@ -147,7 +147,7 @@ fn values(description: &Description, block: &BlockType) -> Result<Vec<(usize, Va
 /// separate process. The block of a program is read from its sources.
 ///
 /// # Errors
-/// The FMU cannot be loaded here, ends its process, or was made otherwise.
+/// The FMU cannot be loaded here, ends its process, or was not made with `fmu::export!`.
 pub fn block_of_library(path: &Path) -> Result<BlockType> {
     let interface = match crate::package::program::interface_of(&mut Package::open(path)?)? {
         Some(interface) => interface,
@@ -156,7 +156,7 @@ pub fn block_of_library(path: &Path) -> Result<BlockType> {
     Ok(BlockType::from(&interface.table))
 }
 
-/// Refuses to write to a PLC.
+/// Rejects a PLC as the target.
 ///
 /// # Errors
 /// The target is a PLC.

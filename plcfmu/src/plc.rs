@@ -94,7 +94,7 @@ impl fmt::Display for Address {
 /// are 0.
 ///
 /// # Errors
-/// The PLC cannot be reached, or why it refuses, and which setting to change.
+/// The PLC cannot be reached or refuses; in this case, the error states why and which setting to change.
 pub fn fetch(address: &Address, block: &BlockType, offset: usize) -> Result<Vec<u8>> {
     let (_, length) = layout::addresses(block);
     let mut bytes = vec![0; offset];

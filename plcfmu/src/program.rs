@@ -155,7 +155,7 @@ mod tests {
             found.tables.iter().map(|(_, tags, constants)| (*tags, *constants)).collect::<Vec<_>>(),
             [(1, 1), (1, 0)]
         );
-        // What is declared by hand comes first, and counts.
+        // Manual declarations come first and take precedence.
         let own = Manifest { declared: vec![Tag::new("Lamp", "Int")], ..manifest.clone() };
         assert_eq!(parts(&own).unwrap().manifest.declared[0].of, "Int");
         write("b.sdf", "\"LAMP\",\"%Q0.1\",\"BOOL\",\"\"\n");

@@ -26,7 +26,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Applies the options to all further messages.
+    /// Applies the options to all subsequent messages.
     pub fn apply(self) {
         IS_QUIET.store(self.quiet, Ordering::Relaxed);
         let color = match self.color {

@@ -134,7 +134,7 @@ fn reason(output: &str) -> &str {
     errors.next_back().or(output.lines().last()).unwrap_or_default()
 }
 
-/// The first Python that is new enough: the one named by the variable PYTHON, if set, otherwise one on PATH.
+/// The first Python that is new enough: the one named by the environment variable PYTHON if set, otherwise one on PATH.
 fn find() -> Result<Python> {
     let chosen = std::env::var("PYTHON").ok().filter(|python| !python.is_empty());
     let candidates = chosen.as_deref().map_or(CANDIDATES.to_vec(), |python| vec![python]);

@@ -116,7 +116,8 @@ fn remove(path: &Path, how: impl FnOnce(&Path) -> io::Result<()>) -> Result<()> 
     Ok(())
 }
 
-/// The variables that lead bindgen, which tests/importers needs, to libclang, unless the user has set one.
+/// The environment variables through which bindgen, needed by tests/importers, finds libclang, unless the user has set
+/// one.
 fn libclang(environment: &Environment) -> Result<Vec<(&'static str, OsString)>> {
     if std::env::var_os("LIBCLANG_PATH").is_some() {
         return Ok(Vec::new());

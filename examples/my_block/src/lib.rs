@@ -1,7 +1,7 @@
 //! TWO_POINT: a two-point controller that shows how to turn your own block into an FMU. Copy this folder and change it.
 //!
 //! 1. The table: every variable once, with its type, start value, range, unit and description.
-//! 2. The law: what a restart does and what a call does.
+//! 2. The law: the restart and the call.
 //! 3. `fmu::export!`: the C functions of FMI for this block.
 //! 4. Tests: one for each clause in the documentation.
 

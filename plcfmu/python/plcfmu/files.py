@@ -15,7 +15,7 @@ from .find import Path
 def replacing(path: Path) -> Iterator[pathlib.Path]:
     """Yields the path of a new file next to `path`, to be written, and renames it to `path` at the end.
 
-    So `path` is always either the old file or the new one. If the block raises, the old file is kept. Creates the
+    Thus, `path` is always either the old file or the new one. If the block raises, the old file is kept. Creates the
     folder if needed.
     """
     path = pathlib.Path(path)

@@ -28,7 +28,7 @@ WARNING, FATAL = STATUSES.index("Warning"), STATUSES.index("Fatal")
 
 
 class FmuError(RuntimeError):
-    """An FMU cannot be used, or refused a call. The text includes the messages that the FMU logged.
+    """An FMU cannot be used, or refused a call. The text includes the messages logged by the FMU.
 
     `function` and `status` (fmi2Error and fmi3Error are 3) describe the refused call, `messages` are the logged texts.
     """
@@ -181,7 +181,7 @@ class Instance:
         self._call(self._slave.exitInitializationMode)
 
     def close(self) -> None:
-        """Terminates and frees the instance. Further calls have no effect."""
+        """Terminates and frees the instance. Calling it again has no effect."""
         if not self._open:
             return
         self._open = False
@@ -196,7 +196,7 @@ class Instance:
             result = function(*arguments, **options)
         except FMICallException as error:
             if error.status == FATAL:
-                self._open = False  # no function may be called any more, not even the one that frees it
+                self._open = False  # no function may be called after this, not even to free the instance
             refused = f"{self.name}: {error.function} returned {_status(error)}"
             raise FmuError(refused, error.function, error.status, self._log.take()) from None
         if self._log.messages:

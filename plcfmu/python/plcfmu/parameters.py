@@ -5,7 +5,7 @@ The command is searched for in this order:
 1. the program named by the environment variable PLCFMU_COMMAND;
 2. the one installed with this package, in the same Python environment;
 3. the latest result of `cargo build` in the repository, if the package is imported from a checkout;
-4. `plcfmu` on the PATH.
+4. `plcfmu` on PATH.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def params(
 
 
 def command() -> pathlib.Path:
-    """The program `plcfmu`. Raises CommandNotFoundError if it is in none of the places listed in this module."""
+    """The program `plcfmu`. Raises CommandNotFoundError if it is not in any of the places listed in this module."""
     if os.environ.get(VARIABLE):
         given = pathlib.Path(os.environ[VARIABLE])
         if not given.is_file():

@@ -50,7 +50,7 @@ MANIPULATED: dict[str, Any] = {"color": color(2), "linewidth": 1.4}
 P_PART: dict[str, Any] = {"color": color(4), "linewidth": 1.2}
 I_PART: dict[str, Any] = {"color": color(3), "linewidth": 1.2}
 D_PART: dict[str, Any] = {"color": color(5), "linewidth": 1.2}
-# A signal for comparison, such as that of the same loop with other settings.
+# A signal for comparison, such as the same signal with other settings.
 COMPARED: dict[str, Any] = {"color": "#8c8c8c", "linewidth": 1.2}
 
 # How pulses are drawn: arguments of pulses() and fill_between(). The second style is for the opposite pulses: cooling

@@ -26,7 +26,7 @@ from .parameters import CommandNotFoundError, called, command, reason
 # a large cluster does not request more ranges than the client can hand out.
 WORK = 2.0
 WORK_PER_THREAD = 0.02
-# The maximum ratio between the size of a range and that of the measured range before it.
+# The maximum ratio between the sizes of a range and the last measured range.
 GROWTH = 16
 # How many ranges each thread has at a time: the running one and the next.
 OUTSTANDING = 2
@@ -186,9 +186,9 @@ class Share:
 def results(
     client: Client, files: Files, task: Task, gaps: Iterable[Span]
 ) -> Generator[tuple[Span, bytes], None, None]:
-    """Has the workers make the runs of `gaps`, and yields the result of each range when it is done.
+    """Distributes the runs of `gaps` to the workers, and yields the result of each range when it is done.
 
-    If the caller stops early, no further range is begun. Raises WorkerError, which names the runs.
+    If the caller stops early, no more ranges are started. Raises WorkerError, which names the runs.
     """
     begin, share, threads = time.monotonic(), Share(gaps), Threads(client)
     completed = as_completed(loop=client.loop, with_results=True, raise_errors=False)
@@ -270,7 +270,7 @@ class Threads:
 
 
 class Lonely:
-    """Reports that a cluster has no workers, once each time it has had none for five seconds."""
+    """Warns once whenever a cluster has had no workers for five seconds."""
 
     def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
         self._client = client

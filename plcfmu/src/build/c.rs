@@ -13,7 +13,7 @@ use std::process::Command;
 const COMPILERS: [(&str, Option<&str>); 5] =
     [("cc", None), ("gcc", None), ("clang", None), ("zig", Some("cc")), ("python-zig", Some("cc"))];
 
-/// The compiler command: the words of the variable CC, or the first compiler on PATH.
+/// The compiler command: the words of the environment variable CC, or the first compiler on PATH.
 fn compiler() -> Result<Command> {
     if let Some(given) = std::env::var("CC").ok().filter(|given| !given.trim().is_empty()) {
         let mut words = given.split_whitespace();
@@ -30,10 +30,10 @@ fn compiler() -> Result<Command> {
     Ok(command)
 }
 
-/// Compiles an FMU's source file with this door, and the library's self-description (JSON), to a library in a folder.
+/// Compiles an FMU's source file with this door, and the library's self-description (JSON), into a library in a folder.
 ///
 /// # Errors
-/// No compiler is found, or it rejects the file, with its message.
+/// No compiler is found, or it rejects the file; the error includes its message.
 pub fn compile(source: &Path, door: &Door, interface: &str, folder: &Path, suffix: &str) -> Result<PathBuf> {
     let (header, about) = (folder.join(door.header_name), folder.join("interface.c"));
     fs::write(&header, door.header)?;

@@ -129,7 +129,7 @@ pub fn create(path: &Path, names: &Names, license: Option<&str>) -> Result<()> {
 /// if they are equal, or the crate has none.
 pub fn different_source(crate_folder: &Path) -> Option<String> {
     let folder = crate_folder.join(SOURCES_FOLDER);
-    // The folder with this name in plcfmu's own repository is something else.
+    // In plcfmu's own repository, the folder with this name has other contents.
     if !folder.join("fmu/Cargo.toml").is_file() {
         return None;
     }

@@ -1,4 +1,4 @@
-//! Information from cargo about the workspace: its folders, and the packages that make FMUs.
+//! Information from cargo about the workspace: its folders and FMU packages.
 
 use anyhow::{Context, Result, anyhow};
 use cargo_metadata::{CrateType, DependencyKind, Metadata, MetadataCommand, Package};
@@ -13,13 +13,13 @@ pub struct Workspace {
     pub root: PathBuf,
     /// The folder in which cargo builds.
     pub target: PathBuf,
-    /// Its packages that make FMUs, sorted by name.
+    /// Its FMU packages, sorted by name.
     pub crates: Vec<FmuCrate>,
     /// The package of the program library.
     pub programs: Option<FmuCrate>,
 }
 
-/// A package that makes an FMU: a `cdylib` that depends on `fmu`.
+/// An FMU package: a `cdylib` that depends on `fmu`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FmuCrate {
     /// The name of the cargo package.
@@ -128,11 +128,11 @@ pub fn cargo() -> Command {
     cargo
 }
 
-/// The variable that names the cargo for platforms other than this machine's. It may be a script that selects another
-/// compiler; the libraries for this machine are unaffected.
+/// The environment variable with the cargo for platforms other than this machine's. It may be a script that selects
+/// another compiler; the libraries for this machine are unaffected.
 pub const CROSS_CARGO: &str = "PLCFMU_CROSS_CARGO";
 
-/// The cargo for platforms other than this machine's: from the variable [`CROSS_CARGO`], or the usual one.
+/// The cargo for platforms other than this machine's: from the environment variable [`CROSS_CARGO`], or the usual one.
 pub fn cross_cargo() -> Command {
     let Some(program) = std::env::var_os(CROSS_CARGO).filter(|cargo| !cargo.is_empty()) else { return cargo() };
     let mut cargo = Command::new(program);

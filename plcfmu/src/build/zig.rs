@@ -21,7 +21,7 @@ const VENV_PYTHON: &str = if cfg!(windows) { "Scripts/python.exe" } else { "bin/
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Zig {
     cargo_zigbuild: PathBuf,
-    /// The variable that names zig, or the Python that contains it as a module, and its value.
+    /// The environment variable for zig, or for the Python that contains it as a module, and its value.
     zig: (&'static str, PathBuf),
 }
 

@@ -29,8 +29,8 @@ use study::Interrupted;
 /// code runs unless --run is given.
 ///
 /// Name all sources of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) and its tag tables (.xml, .xlsx, .sdf) together,
-/// or their folder. Errors are reported with file, line and column, and so is anything that the author may not expect:
-/// a temporary that is read before it is written, a REAL compared for equality, a lossy conversion.
+/// or their folder. Errors are reported with file, line and column, as is anything that the author may not expect: a
+/// temporary that is read before it is written, a REAL compared for equality, a lossy conversion.
 #[derive(clap::Args, Clone, Debug)]
 #[group(skip)] // clap names a group after the type, and that of the programs has the same name
 pub struct Options {

@@ -51,7 +51,7 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Refuses a closed standard output, which would discard all output.
+/// Fails if standard output is closed, which would discard all output.
 fn ensure_standard_output() -> Result<()> {
     ensure!(!is_closed(), "standard output is closed: redirect it to a file, or to /dev/null");
     Ok(())
@@ -68,7 +68,7 @@ fn replacing(file: &Path, write: impl FnOnce() -> Result<()>) -> Result<()> {
     Ok(())
 }
 
-/// Refuses an FMU or a program where a study is expected.
+/// Rejects an FMU or a program where a study is expected.
 fn ensure_study(file: &Path) -> Result<()> {
     let shown = file.display();
     let is_fmu = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));
@@ -151,7 +151,7 @@ fn time_limit(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Refuses folders where FMUs are expected.
+/// Rejects folders where FMUs are expected.
 fn refuse_folders(files: &[PathBuf]) -> Result<()> {
     let folder = files.iter().find(|file| file.is_dir());
     folder.map_or(Ok(()), |folder| {

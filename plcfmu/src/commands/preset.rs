@@ -73,7 +73,7 @@ struct Made {
     advice: Vec<String>,
 }
 
-/// A preset that was made, as `--json` prints it.
+/// A finished preset, as printed by `--json`.
 #[derive(Serialize)]
 struct Told<'a> {
     name: &'a str,
@@ -250,7 +250,7 @@ fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>
     Ok(made)
 }
 
-/// Refuses loops whose block has no FMU, or more than one.
+/// Fails if the block of a loop has no FMU, or more than one.
 fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
     let of = |block: &str| -> Vec<&Fmu> { fmus.iter().filter(|fmu| fmu.original.block == block).collect() };
     let mut missing: BTreeMap<&str, Vec<&str>> = BTreeMap::new();

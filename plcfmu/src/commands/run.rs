@@ -209,7 +209,7 @@ pub fn run(options: &Options) -> Result<()> {
 /// A completed run.
 struct Simulated<'a> {
     kept: Kept<'a>,
-    /// The number of steps made.
+    /// The number of completed steps.
     steps: usize,
     /// The FMU that ended the run early, and when.
     ended: Option<String>,

@@ -87,7 +87,7 @@ Examples:
   plcfmu study tolerances.toml --expect 'overshoot < 10 %' --curves 0,17
   plcfmu study tolerances.toml --resume
 
-The README of plcfmu describes the contents of a study.";
+The plcfmu README describes the contents of a study.";
 
 fn range(text: &str) -> Result<Range<u64>, String> {
     let parsed = text.split_once("..").and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?));
@@ -230,7 +230,7 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     let mut kept = Kept { collector: Collector::new(parts), missing: &missing, progress: &progress, done: there };
     let made = pool.rows_into(missing.count, &|place| experiment.point(missing.run(place)), &mut kept);
     let Kept { mut collector, done, .. } = kept;
-    // The rows received so far are kept in any case.
+    // The rows received so far are always kept.
     collector.flush()?;
     drop(progress);
     made?;

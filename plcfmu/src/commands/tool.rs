@@ -23,7 +23,7 @@ use std::time::Duration;
 /// The maximum size of a parameter file, in bytes; its Base64 encoding must fit into a request.
 const LARGEST_FILE: u64 = 40 << 20;
 
-/// The environment variable that names the folder of the FMUs; the Python package uses it too.
+/// The environment variable with the folder of the FMUs; the Python package also uses it.
 const FMUS: &str = "PLCFMU_FMUS";
 
 /// Set up, run and tune control loops on a browser page

@@ -54,7 +54,7 @@ Example of a table [tune]:
 Result files: tuned.toml, the loop with the settings found, for plcfmu run; tuned.json, these settings as a parameter \
 file, if the block is a PLC block; settings.csv; front.csv, front.svg and front.png.
 
-The README of plcfmu describes the contents of a study and of its table [tune].";
+The plcfmu README describes the contents of a study and its table [tune].";
 
 /// Searches for the settings, and writes them.
 ///

@@ -25,7 +25,7 @@ enum Request {
 /// [`check::run()`] in a separate process.
 ///
 /// # Errors
-/// As for [`check::run()`], or how the FMU ended the process, with its messages and output.
+/// As for [`check::run()`]; if the FMU ended the process, how, with its messages and output.
 pub fn run(starter: &Starter, path: &Path) -> Result<()> {
     ask(starter, &Request::Run(path.into())).map(drop)
 }

@@ -369,7 +369,7 @@ mod tests {
         ModelDescription::from_interface(&interface()).unwrap()
     }
 
-    /// What the check says of an FMU with this library.
+    /// The findings for an FMU with this library.
     fn verdict(library: &[u8], expected: &ModelDescription) -> String {
         let files = [
             ("modelDescription.xml".to_string(), write(&description())),
@@ -396,7 +396,7 @@ mod tests {
         );
     }
 
-    /// What the check says of an FMU with this description and this library for macOS.
+    /// The findings for an FMU with this description and this library for macOS.
     fn report(description: &ModelDescription, library: Vec<u8>) -> Report {
         let files = [
             ("modelDescription.xml".to_string(), write(description)),
@@ -425,7 +425,7 @@ mod tests {
                  resources/start.txt has no start values of a preset: the two are from different builds, or the start \
                  values are missing"]
         );
-        // A library of another tool may compute its GUID.
+        // A library from another tool may compute its GUID.
         assert_eq!(report(&falsified, library(false, "{1}")).errors, [""; 0]);
     }
 

@@ -264,7 +264,7 @@ mod tests {
         ] {
             assert_eq!(message, format!("their model descriptions differ: {told}"));
         }
-        // What has no words is told by its line.
+        // Other differences are reported by line.
         let error = of(&|other| other.author = Some("x".into()));
         assert!(error.starts_with("their model descriptions differ: line "), "{error}");
     }

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// command, as in a release.
 const OWN: (Option<&[u8]>, Option<&str>) = include!(concat!(env!("OUT_DIR"), "/program_library.rs"));
 
-/// The variable that names a folder of FMUs with program libraries.
+/// The environment variable with a folder of FMUs and program libraries.
 const FMUS: &str = "PLCFMU_FMUS";
 
 /// The name of the folder with the program libraries in a folder of FMUs.
@@ -35,8 +35,8 @@ pub fn all_in(folder: &Path) -> BTreeMap<&'static str, PathBuf> {
 }
 
 /// Finds the library for each platform: in the folder `programs` next to this command or, in a Python environment, in
-/// `share/plcfmu`; among the packed FMUs in the folder named by the variable PLCFMU_FMUS; in this command, in which
-/// case it is written to `folder`; or in the clone from which this command was compiled, where it is built once.
+/// `share/plcfmu`; in the folder of packed FMUs named by the environment variable PLCFMU_FMUS; in this command, in
+/// which case it is written to `folder`; or in the clone from which this command was compiled, where it is built once.
 ///
 /// # Errors
 /// It is missing or cannot be built, with the reason and the remedy.

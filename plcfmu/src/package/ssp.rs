@@ -107,7 +107,7 @@ struct Resources {
     of: Vec<usize>,
 }
 
-/// Makes an SSP file from a system, with the given name, without running its FMUs.
+/// Creates an SSP file from a system, with the given name, without running its FMUs.
 ///
 /// # Errors
 /// A problem with an FMU, name, value or connection, and the remedy.

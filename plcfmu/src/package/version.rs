@@ -80,7 +80,7 @@ fn names(argument: &str) -> Result<Names, String> {
 }
 
 impl Version {
-    /// Refuses a choice of types for FMI 2.0.
+    /// Rejects a choice of types for FMI 2.0.
     ///
     /// # Errors
     /// Types are specified for FMI 2.0.
@@ -117,7 +117,7 @@ impl Version {
         files
     }
 
-    /// The model's picture, and further graphics if the version supports them.
+    /// The model's picture, and additional graphics if the version supports them.
     ///
     /// # Errors
     /// The block's documentation is faulty.

@@ -68,7 +68,7 @@ pub struct Child {
 /// Instantiates the FMU in a separate process. `starter` specifies the time limit of its calls.
 ///
 /// # Errors
-/// The FMU at `path` cannot be loaded or refuses, or it crashes or hangs.
+/// The FMU at `path` cannot be loaded, refuses a call, crashes or hangs.
 pub fn instantiate(starter: &child::Starter, path: &Path, name: &str) -> Result<Child> {
     let mut child = Child::start(starter, path)?;
     child.done(Call::Instantiate(name.into()))?;

@@ -93,7 +93,7 @@ fn cargo(workspace: &Workspace) -> Result<Command> {
     Ok(cargo)
 }
 
-/// Makes the page.
+/// Builds the page.
 ///
 /// # Errors
 /// [`Missing`], before anything is built; the engine cannot be built, or an FMU is damaged.

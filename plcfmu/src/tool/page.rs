@@ -312,7 +312,7 @@ fn licences(sources: &Sources) -> Result<String> {
 /// bytes always yield the same text.
 ///
 /// # Errors
-/// None known: the output is written to memory.
+/// None in practice: the output is written to memory.
 pub fn packed(bytes: &[u8], home: Home) -> Result<String> {
     let mut gzip = Vec::new();
     match home {

@@ -458,7 +458,7 @@ fn json(engine: usize, content: String) -> Response {
         .into_response()
 }
 
-/// A refused request: the status and the reason.
+/// A rejected request: the status and the reason.
 struct Refusal {
     status: StatusCode,
     message: String,

@@ -1,7 +1,7 @@
 //! MY_BLOCK as an FMU.
 //!
 //! 1. The table: every variable once, with its type, start value, range, unit and description.
-//! 2. The law: what a restart does and what a call does.
+//! 2. The law: the restart and the call.
 //! 3. `fmu::export!`: the C functions of an FMU for this block.
 //! 4. The tests.
 

@@ -22,13 +22,13 @@ impl Folder {
         folder.map(Folder).context("the current folder cannot be read")
     }
 
-    /// Refuses a string in a request that leads out of the folder if read as a path. Any string may be a path.
+    /// Rejects a string in a request that leads out of the folder if read as a path. Any string may be a path.
     ///
     pub(super) fn ensure_inside(&self, text: &str) -> Result<()> {
         self.ensure_within(Path::new(""), text)
     }
 
-    /// Refuses a description of a loop or of tests, or a folder with such files, that names a path outside.
+    /// Rejects a description of a loop or of tests, or a folder with such files, that names a path outside.
     ///
     /// # Errors
     /// A file names a path outside.
@@ -62,7 +62,7 @@ impl Folder {
         let Some(there) = path.ancestors().find(|part| part.symlink_metadata().is_ok()) else { return false };
         let is_up = |part| part == Component::ParentDir;
         let is_new = path.strip_prefix(there).is_ok_and(|rest| !rest.components().any(is_up));
-        // A dangling link is refused.
+        // A dangling link is rejected.
         is_new && there.canonicalize().is_ok_and(|real| real.starts_with(&self.0))
     }
 }

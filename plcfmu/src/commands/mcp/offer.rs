@@ -40,7 +40,7 @@ pub(super) const OFFERS: [Offer; 5] = [
         name: "build",
         about: "Builds an FMU from a program, without a compiler; returns the path of the FMU",
         options: build::Options::augment_args,
-        // The cycle restricts it to programs: a crate, whose build scripts would run, is refused.
+        // The cycle restricts it to programs: a crate, whose build scripts would run, is rejected.
         needed: &["files", "cycle"],
         is_json: false,
     },

@@ -24,7 +24,7 @@ pub(super) struct Picture {
 
 /// Draws a run: setpoint and process value in one panel, the manipulated value in the next, then the other numbers, one
 /// panel per unit, and the Booleans. If the user chose the variables (`is_chosen`), all are drawn. Otherwise a
-/// connected input, which repeats its output, is left out, and so is everything that does not fit on a page.
+/// connected input, which repeats its output, is left out, as is everything that does not fit on a page.
 ///
 /// # Errors
 /// The picture cannot be drawn.

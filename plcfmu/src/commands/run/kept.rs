@@ -76,7 +76,7 @@ pub(super) struct Figures {
     pub events: Vec<Of>,
 }
 
-/// The figures of a step or of a disturbance, as `--json` prints them.
+/// The figures of a step or a disturbance, as printed by `--json`.
 #[derive(Debug, Serialize)]
 pub(super) struct Of {
     /// The event to which the figures belong.
@@ -86,7 +86,7 @@ pub(super) struct Of {
     pub figures: Vec<Told>,
 }
 
-/// A figure, as `--json` prints it.
+/// A figure, as printed by `--json`.
 #[derive(Debug, Serialize)]
 pub(super) struct Told {
     /// Its key.

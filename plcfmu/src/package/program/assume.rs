@@ -12,7 +12,7 @@ use std::path::Path;
 /// The beginning of a new assumption file.
 const HEAD: &str = "// Assumptions of plcfmu about names that no source declares. Correct them, and pass this file again with --assume.\n\
     // A variable that is only read is an input of the FMU, any other an output; AT %I*, %Q* or %M* overrides this.\n\
-    // Nothing here is a statement on safety: of a safety block, only the interface is used.\n\n";
+    // Nothing here is a statement on safety: only the interface of a safety block is used.\n\n";
 
 /// Adds the assumption file to the sources of a program, the missing declarations to the file, and a cycle to the
 /// manifest. Prints each new assumption.
