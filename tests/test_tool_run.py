@@ -737,7 +737,7 @@ def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described, comm
 
 def test_a_preset_is_made_of_the_right_fmu_only(tool, tmp_path):
     for file, reason in (
-        (host.FOLDER / "PULSEGEN.fmu", "PULSEGEN.fmu: it is an FMU of PULSEGEN, not of CONT_C"),
+        (host.FOLDER / "PULSEGEN.fmu", "PULSEGEN.fmu: it is an FMU for PULSEGEN, not for CONT_C"),
         (LOOPS, "plant.awl: it is not a ZIP archive"),
     ):
         tool.locator("#preset-fmu").set_input_files(file)
@@ -749,7 +749,7 @@ def test_a_preset_is_made_of_the_right_fmu_only(tool, tmp_path):
         for path in archive.namelist():
             written.writestr(path, archive.read(path).replace(guid, other))
     tool.locator("#preset-fmu").set_input_files(old)
-    tool.get_by_text("use an FMU and a page of the same release").wait_for()
+    tool.get_by_text("use an FMU and a page from the same release").wait_for()
 
 
 def preset_of(page, fmu):

@@ -516,7 +516,7 @@ def test_a_drive_that_has_tripped_is_told(open_tool):
     status.get_by_text("DRIVE.TRIP: stopped").wait_for(timeout=60_000)
     assert page.locator("#curves .readout").get_by_text("TRIP").count() == 1
     report = saved(page, "Report (HTML)")[1].decode()
-    (since,) = re.findall(r"DRIVE has stopped: DRIVE.TRIP is TRUE from ([\d.]+) s on", report)
+    (since,) = re.findall(r"DRIVE has stopped: DRIVE.TRIP has been TRUE since ([\d.]+) s", report)
     view = "async () => (await moduleOf('tool/engine.js')).ask({ do: 'view', variables: ['DRIVE.TRIP'], points: 20000 })"
     trip = page.evaluate(view)
     assert float(since) == pytest.approx(trip["times"][trip["values"][0].index(1)])

@@ -260,7 +260,7 @@ fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, propos
         let shown = |of: &Variable| of.unit.as_deref().map_or_else(|| type_of(of).to_lowercase(), units::shown);
         let (output, from_unit, to_unit) = (from.full(&output.name), shown(output), shown(input));
         let text = format!(
-            "{output} ({from_unit}) does not fit {full} ({to_unit}), though {reason}: values are not converted"
+            "{output} ({from_unit}) cannot be connected to {full} ({to_unit}), although {reason}: values are not converted"
         );
         proposal.misfits.push(Open { input: full, text });
         return;
@@ -285,11 +285,11 @@ fn by_roles(controller: &End, plant: &End, proposal: &mut Draft) {
         }
     } else {
         let act = |end: &End, pulses: &[String]| {
-            let how = if end.has_stops() { "move an actuator between its stops" } else { "act while they are on" };
+            let how = if end.has_stops() { "move an actuator between its stops" } else { "act only while they are on" };
             format!("{} of {} {how}", pulses.join(" and "), end.member.name)
         };
         let (from, to) = (act(controller, &own.pulses), act(plant, &of_plant.pulses));
-        let text = format!("{from}, and {to}: these pulses differ and are not connected");
+        let text = format!("{from}, but {to}: these pulses are not compatible, so they are not connected");
         proposal.misfits.push(Open { input: plant.full(&of_plant.pulses[0]), text });
     }
     if let (Some(output), Some(input)) = (&of_plant.process_value, &own.process_value) {
@@ -358,7 +358,7 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
     if !plant.driven().is_empty() && !proposal.goes_from(controller) {
         let fitting = fitting_plants(home, controller);
         if !fitting.is_empty() {
-            let text = format!("plants that {} can drive: {}", controller.member.fmu, fitting.join(", "));
+            let text = format!("{} can drive these plants: {}", controller.member.fmu, fitting.join(", "));
             proposal.remarks.push(text);
         }
     }

@@ -208,14 +208,16 @@ pub fn remedy(remedy: &Remedy) -> String {
         Remedy::ChooseThisBlock(block) => {
             format!("if it is {block}, which has the same members, choose that as its block")
         }
-        Remedy::DeclareConstant(name) => format!("declare it under Options: the constant {name} = 5"),
+        Remedy::DeclareConstant(name) => format!("declare it under Options as a constant, such as {name} = 5"),
         Remedy::DeclareInstance(name) => {
-            format!("specify its block under Options: the tag {name} : Block")
+            format!("specify its block under Options as the tag {name} : Block")
         }
         Remedy::ListMissing => "also open the files that declare them".to_string(),
         Remedy::Stub(_) => "ask its author for the source".to_string(),
         Remedy::DeclareTag { name, of } => {
-            format!("under Options, the tag {name} : {of} makes it an input or output, {name} = 5 a constant")
+            format!(
+                "declare it under Options: the tag {name} : {of} makes it an input or output, {name} = 5 a constant"
+            )
         }
     }
 }
@@ -308,17 +310,20 @@ pub fn check(home: &dyn Home, fmu: &str, values: &Values) -> Result<Checked> {
 fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Value) -> Result<f64, String> {
     let Some(variable) = variable else { return Err(format!("no variable {name:?}")) };
     if matches!(variable.role.as_str(), "output" | "local") {
-        return Err(format!("{name} is {}: only inputs and parameters can be set", variable.role));
+        return Err(format!(
+            "{name} cannot be set: its role is {}; only inputs and parameters can be set",
+            variable.role
+        ));
     }
     let is_boolean = matches!(variable.start, Value::Boolean(_));
     let given = match value {
         Value::Boolean(value) if !is_boolean => {
-            return Err(format!("{name} is {}: {value} is not a number", variable.kind));
+            return Err(format!("{name} is of type {}: {value} is not a number", variable.kind));
         }
         value => number_of(value),
     };
     if !given.is_finite() {
-        return Err(format!("{name} = {given:?}: it is not a finite number"));
+        return Err(format!("{name} = {given:?}: not a finite number"));
     }
     let Some(row) = row else {
         return match variable.kind.as_str() {

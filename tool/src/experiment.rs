@@ -252,7 +252,7 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
     let settled = settle(home, session, &Settle { calls: MOST_CALLS, from })?;
     ensure!(
         settled.is_at_rest || settled.swings,
-        "{} does not come to rest at {}, where the step is supposed to begin: choose calmer settings or another start",
+        "{} does not settle at {}, where the step should begin: choose less aggressive settings or another start",
         controller.name,
         request.setpoint
     );
@@ -266,7 +266,7 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
 /// it, or no model fits; the message gives the reason and the remedy.
 pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Result<StepTested> {
     let size = request.size;
-    ensure!(size != 0.0 && size.is_finite(), "the step is {size}: it must be a number other than 0");
+    ensure!(size != 0.0 && size.is_finite(), "the step size is {size}: it must be a nonzero number");
     let mut bench = Bench::hold(home, session)?;
     let tested = step_held(&mut bench, request);
     let last = bench.signals(bench.from)?.times.last().copied();
@@ -307,7 +307,7 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
         while !bench.process_value_from(step)?.last().is_some_and(|last| (last - level).abs() > 5.0 * MOVED * noise) {
             bench.run(FIRST)?;
             waited += FIRST;
-            bench.check_patience(waited, "the step does not move it")?;
+            bench.check_patience(waited, "no response to the step")?;
         }
         bench.run(waited.max(FIRST).max(LONG * calls) * 2)?;
     } else {
@@ -327,7 +327,7 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
 /// calls.
 pub fn relay(home: &dyn Home, session: &mut Session, request: &RelayTest) -> Result<RelayTested> {
     let amplitude = request.amplitude;
-    ensure!(amplitude > 0.0 && amplitude.is_finite(), "the amplitude of the relay is {amplitude}: it must be above 0");
+    ensure!(amplitude > 0.0 && amplitude.is_finite(), "the relay amplitude is {amplitude}: it must be above 0");
     let mut bench = Bench::hold(home, session)?;
     let tested = relay::held(&mut bench, request);
     bench.release(tested.as_ref().ok().map(|_| 0.0), false)?;

@@ -197,7 +197,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
         let endings: Vec<_> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
         bail!("{format:?} is not a parameter file format: use one of {}", endings.join(", "));
     };
-    let [first, rest @ ..] = loops else { bail!("no loop to write: open or add one first") };
+    let [first, rest @ ..] = loops else { bail!("no loop to export: open or create one first") };
     let loops = loops.iter().map(|of| as_loop(home, of)).collect::<Result<Vec<_>>>()?;
     // Text from the page is written into a comment.
     let origin: String =
@@ -236,8 +236,9 @@ fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> 
     let whole = |of: &Loop| -> Result<parameters::Loop> {
         let given = as_loop(home, of)?;
         let own = before.iter().find(|own| own.name == of.name && own.block.name == given.block.name);
-        let mut whole =
-            own.with_context(|| format!("{} has no loop {:?} of {}", file.file, of.name, of.block))?.clone();
+        let mut whole = own
+            .with_context(|| format!("{} has no loop {:?} with the block {}", file.file, of.name, of.block))?
+            .clone();
         for setting in &of.settings {
             if let (Some(member), Some(value)) = (whole.block.find(&setting.name), given.get(&setting.name)) {
                 whole.set(member, value, Origin::Default);
@@ -276,34 +277,34 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
     if let Some(exchange) = record.exchanges().first() {
         calls = exchange.call;
         remarks.push(format!(
-            "It ends at call {calls} ({:?} s), when {} was exchanged: a description keeps the same FMUs throughout.",
+            "The description ends at call {calls} ({:?} s), when {} was replaced: it cannot express a change of FMUs.",
             record.time(calls),
             setup.members.get(1).map_or("a plant", |member| member.name.as_str())
         ));
     }
     if calls == 0 {
-        bail!("the run has made no calls: make at least one first");
+        bail!("the run has no calls yet: make at least one first");
     }
     if let Some(forced) = record.done().iter().find(|done| done.act != Act::Set && done.call < calls) {
         calls = forced.call;
         let (name, time) = (&record.columns()[forced.column].name, record.time(calls));
         if calls == 0 {
-            bail!("{name} is forced from the beginning, which a description cannot express: release it, and run again");
+            bail!("{name} is forced from the start, which a description cannot express: release it and run again");
         }
         remarks.push(format!(
-            "It ends at call {calls} ({time:?} s), when {name} was written: a description sets only inputs and parameters."
+            "The description ends at call {calls} ({time:?} s), when {name} was written: it can set only inputs and parameters."
         ));
     }
     let system = system(home, record, calls);
     for program in system.programs.values() {
         let files: Vec<String> = program.sources.iter().map(|file| file.display().to_string()).collect();
-        remarks.push(format!("Put the program's sources next to it: {}.", files.join(", ")));
+        remarks.push(format!("Put the program's sources in the same folder: {}.", files.join(", ")));
     }
     let about = format!("# A run of the parameter tool, {calls} calls: plcfmu run FILE.toml\n");
     let text = about + &file::write(&system)?;
     if text.len() > LONGEST_DESCRIPTION {
         remarks.push(format!(
-            "It has {} MiB, because each call of a ramp has its own event: 'plcfmu run' reads at most {} MiB.",
+            "The description is {} MiB, because each call of a ramp is a separate event: 'plcfmu run' reads at most {} MiB.",
             text.len().div_ceil(1 << 20),
             LONGEST_DESCRIPTION >> 20
         ));
@@ -386,7 +387,7 @@ fn csv(record: &Record, columns: &[usize]) -> Result<(Vec<u8>, Vec<String>)> {
     let mut remarks = Vec::new();
     if calls.start > 0 {
         remarks.push(format!(
-            "The calls before call {} ({:?} s) are only stored as an overview and are not in the file.",
+            "The calls before call {} ({:?} s) are stored only as an overview and are missing from the file.",
             calls.start,
             record.time(calls.start)
         ));

@@ -110,7 +110,7 @@ impl Original<'_> {
 
     /// The positions of a block's members among the variables. Refuses a block other than this FMU's.
     fn places(&self, own: &str, block: &BlockType) -> Result<Vec<usize>> {
-        ensure!(block.name == own, "it is an FMU of {own}, not of {}", block.name);
+        ensure!(block.name == own, "it is an FMU for {own}, not for {}", block.name);
         let variables = &self.description.variables;
         let other = "it was built from another version of the block";
         // Time is not a block variable, and strings have no place in a preset.
@@ -210,7 +210,7 @@ pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     };
     match own {
         Some(own) if !is_of(&own) => bail!(
-            "this {name}.fmu is {}, and the page has {name} {}: use an FMU and a page of the same release",
+            "this {name}.fmu is {}, but the page has {name} {}: use an FMU and a page from the same release",
             shortened(&library),
             own.guid
         ),

@@ -163,7 +163,7 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
     }
     writeln!(page, "</p>")?;
     if !checked.remarks.is_empty() {
-        writeln!(page, "<h2>What the block does with the settings</h2>\n<ul>")?;
+        writeln!(page, "<h2>Effects of the settings</h2>\n<ul>")?;
         for remark in &checked.remarks {
             writeln!(page, "<li>{}</li>", Text(&remark.text))?;
         }
@@ -245,7 +245,7 @@ fn faults(page: &mut String, home: &dyn Home, record: Option<&Record>) -> Result
                 let since = short(record.time(stopped));
                 writeln!(
                     page,
-                    "<p><strong>{} has stopped: {name} is TRUE from {since} s on.</strong></p>",
+                    "<p><strong>{} has stopped: {name} has been TRUE since {since} s.</strong></p>",
                     Text(&member.name)
                 )?;
             }
@@ -650,12 +650,12 @@ fn told(act: Act) -> &'static str {
 /// The events of the run.
 fn events(page: &mut String, record: &Record, runs: &[(&ReportedRun, Figures)]) -> Result<()> {
     let events = record.events();
-    writeln!(page, "<h2>What was done</h2>")?;
+    writeln!(page, "<h2>Events</h2>")?;
     let named = runs.iter().find(|(run, _)| run.run == record.number());
     let name = named.map_or_else(|| format!("Run {}", record.number() + 1), |(run, _)| run.name.clone());
     write!(page, "<p>{}: {} calls, {} s apart.", Text(&name), events.calls, short(record.step()))?;
     for (from, to) in &record.setup().connections {
-        write!(page, " {} goes to {}.", Text(from), Text(to))?;
+        write!(page, " {} is connected to {}.", Text(from), Text(to))?;
     }
     if let Some(failure) = record.failure() {
         write!(page, " It ended with an error: {}", Text(failure))?;

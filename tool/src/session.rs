@@ -198,7 +198,7 @@ impl Record {
             return Ok(*place);
         }
         let hint = plan::suggestion(variable, self.columns.iter().map(|column| column.name.as_str()));
-        bail!("run {} has recorded no variable {variable:?}{hint}", self.number)
+        bail!("run {} has no recorded variable {variable:?}{hint}", self.number)
     }
 
     /// The recorded values.
@@ -333,7 +333,7 @@ impl Session {
         };
         let mut all = self.earlier.iter().chain(present);
         all.find(|record| record.number == run)
-            .with_context(|| format!("no run {run}: only the present one and the {EARLIER} before it are kept"))
+            .with_context(|| format!("no run {run}: only the current one and the {EARLIER} before it are kept"))
     }
 
     /// Sets variables before the next call.
@@ -366,7 +366,7 @@ impl Session {
 
     fn check_calls(calls: usize) -> Result<()> {
         if !(1..=MOST_CALLS).contains(&calls) {
-            bail!("{calls} calls: a request makes 1 to {MOST_CALLS}; send another one for more");
+            bail!("{calls} calls: a request can make 1 to {MOST_CALLS}; send another request for more");
         }
         Ok(())
     }
@@ -418,7 +418,7 @@ impl Session {
     pub fn tried(&self, home: &dyn Home, values: &Values) -> Result<Session> {
         let mut script = Script::new(self.record(None)?);
         if script.calls > MOST_TRIED {
-            bail!("the run has {} calls: settings are tried in runs of at most {MOST_TRIED}", script.calls);
+            bail!("the run has {} calls: settings can be tried only in runs of at most {MOST_TRIED}", script.calls);
         }
         script.put_settings(home, values)?;
         let mut beside = Session::default();
@@ -537,7 +537,7 @@ impl Present {
 
     fn is_running(&self) -> Result<()> {
         match &self.record.failure {
-            Some(failure) => bail!("the run has ended ({failure}): start again, or exchange the plant"),
+            Some(failure) => bail!("the run has ended ({failure}): start again, or replace the plant"),
             None => Ok(()),
         }
     }
@@ -591,7 +591,7 @@ impl Present {
         let calls = (seconds / self.record.step).round().max(1.0);
         if !(seconds >= 0.0 && calls <= MOST_RAMP as f64) {
             let most = MOST_RAMP as f64 * self.record.step;
-            bail!("a ramp of {seconds:?} s: the allowed range is 0 to {most:?} s, {MOST_RAMP} calls");
+            bail!("a ramp of {seconds:?} s: the allowed range is 0 to {most:?} s ({MOST_RAMP} calls)");
         }
         let calls = calls as usize;
         self.check_room(calls)?;
@@ -780,7 +780,7 @@ impl Wired {
         for (member, (description, table)) in members.iter().zip(borrowed.iter().zip(&tables)) {
             let count = recorded(description, usize::MAX).count();
             if table.is_none() && count > MOST_RECORDED {
-                plan.warnings.push(format!("{}: {MOST_RECORDED} of {count} variables are recorded", member.name));
+                plan.warnings.push(format!("{}: only {MOST_RECORDED} of {count} variables are recorded", member.name));
             }
         }
         Ok(Wired { system, descriptions, tables, plan })
@@ -862,7 +862,7 @@ fn check_names(members: &[message::Member]) -> Result<()> {
         bail!("nothing to run: a loop needs at least one FMU");
     }
     if members.len() > MOST_MEMBERS {
-        bail!("{} members: a loop has at most {MOST_MEMBERS}", members.len());
+        bail!("{} members: a loop can have at most {MOST_MEMBERS}", members.len());
     }
     for (number, member) in members.iter().enumerate() {
         let name = &member.name;
@@ -879,7 +879,7 @@ fn check_names(members: &[message::Member]) -> Result<()> {
             }
             if own_name(&other.name, name).or(own_name(name, &other.name)).is_some() {
                 bail!(
-                    "the members {} and {name} cannot be told apart: one name must not begin with the other and a dot",
+                    "the members {} and {name} cannot be told apart: one name must not begin with the other followed by a dot",
                     other.name
                 );
             }

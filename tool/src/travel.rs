@@ -10,7 +10,7 @@ use control::tune::Controller;
 use modeldescription::digits::short;
 
 /// The remedy if the travel is unknown.
-const REMEDY: &str = "identify from a CSV file with the position of the actuator";
+const REMEDY: &str = "identify from a CSV file that contains the actuator position";
 /// The travel per sample during a pulse, as a fraction of the whole travel: this looks like a step even if the
 /// controller is called often.
 const MOVE: f64 = 0.04;
@@ -72,7 +72,7 @@ impl Motor {
         };
         let seconds = last(record, &member.name, &time)?;
         if seconds <= 0.0 {
-            bail!("{time} is {seconds} s: set it to the time that the actuator takes from stop to stop");
+            bail!("{time} is {seconds} s: set it to the actuator's travel time from stop to stop");
         }
         Ok(Motor { controller, time, seconds })
     }
@@ -83,7 +83,7 @@ impl Motor {
         let interval = record.time(1) - record.time(0);
         if interval > 1.5 * cycle {
             bail!(
-                "a step of the run takes {} s, and {} is called every {} s: not every pulse is recorded; {REMEDY}",
+                "the run has steps of {} s, but {} is called every {} s: not every pulse is recorded; {REMEDY}",
                 short(interval),
                 member.fmu,
                 short(cycle)
@@ -97,7 +97,7 @@ impl Motor {
 fn last(record: &Record, member: &str, setting: &str) -> Result<f64> {
     let column = record.column(&format!("{member}.{setting}"))?;
     let last = record.trace().exact().end.saturating_sub(1);
-    record.trace().column(column, last..last + 1).next().context("no call in the run")
+    record.trace().column(column, last..last + 1).next().context("the run has no calls")
 }
 
 /// The distance that pulses up and down have moved the actuator, in percent; `percent` is the distance of a pulse of

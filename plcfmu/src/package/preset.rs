@@ -342,6 +342,6 @@ mod tests {
         );
         let fan = Loop::new("F", Arc::new(BlockType::new("FAN".into(), Vec::new(), Vec::new())));
         let other = Original::from_package(package(&files(true))).unwrap().preset(&fan);
-        assert_eq!(refusal(other), "it is an FMU of PUMP, not of FAN");
+        assert_eq!(refusal(other), "it is an FMU for PUMP, not for FAN");
     }
 }

@@ -135,7 +135,8 @@ fn ends_that_belong_together_and_do_not_fit_are_told() {
     let mut draft = Draft::default();
     connect(&controller, "PV", &plant, "POWER", "both are asked for", &mut draft);
     remarks(&home, &controller, &plant, &mut draft);
-    let expected = "C.PV (°C) does not fit P.POWER (%), though both are asked for: values are not converted";
+    let expected =
+        "C.PV (°C) cannot be connected to P.POWER (%), although both are asked for: values are not converted";
     assert!(texts(&draft).contains(&expected), "{:?}", draft.open);
 }
 
@@ -149,11 +150,11 @@ fn pulses_that_move_an_actuator_are_not_connected_with_pulses_that_act_while_the
     remarks(&home, &controller, &plant, &mut proposal);
     assert_eq!(shown(&proposal), ["P.TEMP -> C.PV_IN: both are the process value, both in °C"]);
     let expected = [
-        "UP and DOWN of C move an actuator between its stops, and HEAT and COOL of P act while they are on: these pulses differ \
-         and are not connected",
+        "UP and DOWN of C move an actuator between its stops, but HEAT and COOL of P act only while they are on: these pulses are \
+         not compatible, so they are not connected",
         "nothing is connected to C.STOP_HIGH",
         "nothing is connected to P.POWER",
     ];
     assert_eq!(texts(&proposal), expected);
-    assert_eq!(proposal.remarks, ["plants that PID can drive: LAG"]);
+    assert_eq!(proposal.remarks, ["PID can drive these plants: LAG"]);
 }

@@ -45,7 +45,7 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     let amplitude = request.amplitude;
     ensure!(
         !bench.has_pulses(),
-        "a relay switches a manual value, but the controller has only manual pulses: make a step test"
+        "a relay test needs a manual value, but the controller has only manual pulses: run a step test instead"
     );
     bench.settle(REST, |_| true)?;
     let before = bench.process_value()?;
@@ -100,7 +100,7 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
         let step = bench.session.record(None)?.step();
         bail!(
             "no ultimate period found between {} s and {} s: the plant has too little dead time for calls every \
-             {step} s, or there is too much noise; make a step test instead",
+             {step} s, or there is too much noise; run a step test instead",
             responses.first().map_or(0.0, |response| response.period as f64 * step),
             responses.last().map_or(0.0, |response| response.period as f64 * step)
         );

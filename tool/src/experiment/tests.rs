@@ -126,7 +126,7 @@ fn an_experiment_that_tells_nothing_is_refused() {
     let home = TestHome::default();
     let request = |size| StepTest { size, method: Method::LeastSquares, is_integrating: false };
     let error = |session: &mut Session, size| format!("{:#}", step(&home, session, &request(size)).unwrap_err());
-    assert_eq!(error(&mut session(&home), 0.0), "the step is 0: it must be a number other than 0");
+    assert_eq!(error(&mut session(&home), 0.0), "the step size is 0: it must be a nonzero number");
     assert!(error(&mut Session::default(), 1.0).contains("start one first"));
     // Nothing answers the step.
     let mut alone = Session::default();

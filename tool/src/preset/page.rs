@@ -75,7 +75,7 @@ fn replaced(page: &str, (begin, end): (&str, &str), text: &str) -> anyhow::Resul
         let (_, after) = rest.split_once(end)?;
         Some(format!("{before}{begin}{text}{end}{after}"))
     };
-    parts().with_context(|| format!("it has no {begin:?} and {end:?}"))
+    parts().with_context(|| format!("it does not contain {begin:?} and {end:?}"))
 }
 
 fn shown(member: &Row, value: Value) -> String {

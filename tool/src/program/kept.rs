@@ -78,7 +78,8 @@ impl<H: Home> Programs<H> {
         look: impl FnOnce(&Program, &[String], &[CodeBlock]) -> T,
     ) -> Result<T> {
         let all = self.running.borrow();
-        let running = all.get(member).with_context(|| format!("no program runs as {:?}", shortened(member)))?.borrow();
+        let running =
+            all.get(member).with_context(|| format!("no program is running as {:?}", shortened(member)))?.borrow();
         Ok(look(running.instance.block(), &running.warnings, &running.blocks))
     }
 

@@ -179,7 +179,7 @@ fn a_run_of_a_program_is_taken_away_with_its_options() {
     }
     let wrong = engine.message(&json!({"do": "compile", "files": [], "cycel": 0.5}).to_string());
     assert!(wrong.contains("unknown field `cycel`"), "{wrong}");
-    assert_eq!(exported["remarks"], json!(["Put the program's sources next to it: pump.scl."]));
+    assert_eq!(exported["remarks"], json!(["Put the program's sources in the same folder: pump.scl."]));
 }
 
 const TANK: &str = "FUNCTION_BLOCK \"Tank\"
@@ -271,7 +271,7 @@ fn what_is_written_once_is_what_the_next_call_goes_on_from() {
     let taken = ask(&mut engine, json!({"do": "export", "what": "description"}));
     assert_eq!(
         taken["remarks"][0],
-        "It ends at call 1 (0.5 s), when P1.calls was written: a description sets only inputs and parameters."
+        "The description ends at call 1 (0.5 s), when P1.calls was written: it can set only inputs and parameters."
     );
 }
 
@@ -498,5 +498,5 @@ fn a_run_ends_in_the_call_in_which_a_condition_begins_to_hold() {
     assert_eq!((&state["calls"], &state["is_met"]), (&json!(12), &json!(false)));
     let wrong = json!({"do": "run", "calls": 1, "until": {"variable": "P1.calls", "sign": "!=", "value": 0.0}});
     let answer = engine.message(&wrong.to_string());
-    assert!(answer.contains("is not a comparison: write =, <>, >, >=, < or <="), "{answer}");
+    assert!(answer.contains("is not a comparison: use =, <>, >, >=, < or <="), "{answer}");
 }

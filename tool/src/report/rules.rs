@@ -124,7 +124,7 @@ fn about(first: &Tuned, report: &Report, deviation: &str) -> String {
         format!(" It recovers when the process value stays within \u{b1}{} of the setpoint.", half.trim_end())
     });
     format!(
-        "The compared rules, with their effects as predicted by the plant model: {}, settled within 2 % of it; and \
+        "The compared rules, with their effects as predicted by the plant model: {}, settled within 2 % of the step, and \
          a load of {size:+} % at the plant\u{2019}s input.{}",
         step.trim_end(),
         recovered.unwrap_or_default()
@@ -185,7 +185,7 @@ fn missing(rows: &[RuleOutcome]) -> Vec<String> {
     }
     let line = |(why, metrics, rules): (&str, Vec<&str>, Vec<&str>)| {
         let rules = if rules.len() == tuned().count() { "all rules".to_string() } else { rules.join(", ") };
-        format!("{NONE} in {} of {rules}: {why}.", metrics.join(", "))
+        format!("{NONE} under {} for {rules}: {why}.", metrics.join(", "))
     };
     all.into_iter().map(line).collect()
 }

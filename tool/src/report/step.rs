@@ -148,9 +148,9 @@ pub(super) fn disturbance(
     let Some(before) = calls.start.checked_sub(1) else { return Ok(None) };
     let output = roles.manipulated_value.as_ref().context("the controller has no manipulated value")?;
     let output = record.column(&format!("{}.{output}", own.name))?;
-    let band = happened.band.context("no setpoint step came before it")?;
+    let band = happened.band.context("no setpoint step precedes it")?;
     if !record.trace().exact().contains(&before) || (happened.from - happened.to).abs() > band {
-        bail!("the loop was not at rest before it");
+        bail!("the loop was not in steady state before it");
     }
     let (controller, values) = in_force(home, record, own, calls.start)?;
     let manipulated = |call: usize| manipulated(record, &controller, output, call);
@@ -184,7 +184,7 @@ pub(super) fn disturbance_side_by_side(
     let load = with_unit(of.load, unit);
     writeln!(
         page,
-        "<p class=\"about\">The disturbance by {}: predicted as a load of {} at the plant\u{2019}s input, over the same time, and measured \
+        "<p class=\"about\">The disturbance ({}): predicted as a load of {} at the plant\u{2019}s input, over the same time, and measured \
          in the run.</p>",
         Text(by),
         Text(&load)

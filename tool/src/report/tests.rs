@@ -422,7 +422,7 @@ fn a_disturbance_is_predicted_beside_what_was_measured_as_the_load_that_the_outp
     let with =
         |figures: &Figures| made(&Report { record, figures: Some(figures), tuning: Some(&tuning), ..report(&now) });
     let page = with(&figures);
-    let told = "The disturbance by P.LOAD from 0 to 10 % at 50 s, until 99.5 s: predicted as a load of 10 % at the plant\u{2019}s input";
+    let told = "The disturbance (P.LOAD from 0 to 10 % at 50 s, until 99.5 s): predicted as a load of 10 % at the plant\u{2019}s input";
     assert!(page.contains(told), "{page}");
     for (title, expected, off) in [
         ("Recovery time", 29.3, 1.0),
@@ -505,7 +505,7 @@ fn the_table_of_rules_marks_the_applied_one_and_the_step_is_drawn_before_and_aft
     .concat();
     for part in [
         &format!("<tr class=\"changed\"><td>{} (applied)</td>{applied}</tr>", control::rules::name(Rule::Lambda)),
-        "the setpoint step from 50 to 60 \u{b0}C, settled within 2 % of it",
+        "the setpoint step from 50 to 60 \u{b0}C, settled within 2 % of the step",
         "the process value stays within \u{b1}0.2 K of the setpoint.",
         "<th class=\"number\">TI<br>s</th>",
         "<th class=\"number\">load: IAE<br>K\u{b7}s</th>",

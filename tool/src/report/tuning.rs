@@ -57,10 +57,14 @@ pub(super) fn told(
     let rule = rules::name(of.rule);
     writeln!(
         page,
-        "<h2>Tuning</h2>\n<p class=\"about\">{} by {} for a plant with gain K, {}dead time L.</p>",
+        "<h2>Tuning</h2>\n<p class=\"about\">{} by {} for {} dead time L.</p>",
         Text(&values.join(", ")),
         Text(rule),
-        if is_integrating { "integrating, and " } else { "time constant T and " }
+        if is_integrating {
+            "an integrating plant with gain K and"
+        } else {
+            "a plant with gain K, time constant T and"
+        }
     )?;
     facts(page, &rows)?;
     in_force(page, home, report, of, (fmu, description))?;

@@ -57,7 +57,7 @@ impl Present {
     fn force(&mut self, act: Act, name: &str, of: Forced) -> Result<()> {
         let (call, column) = (self.run.steps(), self.record.column(name)?);
         let how = match act {
-            Act::Set => bail!("{name}: send sets inputs and parameters"),
+            Act::Set => bail!("{name}: `send` sets only inputs and parameters"),
             Act::Write if self.forced.contains_key(&column) => bail!("{name} is forced: release it first"),
             Act::Write => Force::Once(of.assignment.value),
             Act::Force => Force::Always(of.assignment.value),

@@ -181,7 +181,7 @@ fn settings_are_tried_beside_the_run_with_the_bits_of_the_same_test() {
     assert_eq!(tried, session.view(&wanted).unwrap());
     session.run(MOST_TRIED).unwrap();
     let refused = error(session.tried(&home, &other).map(|_| ()));
-    assert_eq!(refused, "the run has 20063 calls: settings are tried in runs of at most 20000");
+    assert_eq!(refused, "the run has 20063 calls: settings can be tried only in runs of at most 20000");
 }
 
 #[test]
@@ -291,7 +291,7 @@ fn a_ramp_that_cannot_be_is_refused() {
     let mut session = started(&home);
     let cases = [
         ("C.MAN_ON", 1.0, 1.0, "C.MAN_ON is Boolean: only a number can be ramped"),
-        ("C.SP", 1.0, -1.0, "a ramp of -1.0 s: the allowed range is 0 to 50000.0 s, 100000 calls"),
+        ("C.SP", 1.0, -1.0, "a ramp of -1.0 s: the allowed range is 0 to 50000.0 s (100000 calls)"),
         ("C.SP", 1.0, f64::NAN, "a ramp of NaN s"),
         ("C.SP", 1.0, 1e9, "a ramp of 1000000000.0 s"),
         ("C.SP", 1e300, 1.0, "a REAL accepts finite numbers"),
@@ -381,7 +381,7 @@ fn a_request_makes_so_many_calls_and_no_more() {
     session.start(&home, setup("LAG")).unwrap();
     for calls in [0, MOST_CALLS + 1, usize::MAX] {
         let error = error(session.run(calls));
-        assert_eq!(error, format!("{calls} calls: a request makes 1 to 100000; send another one for more"));
+        assert_eq!(error, format!("{calls} calls: a request can make 1 to 100000; send another request for more"));
     }
     assert_eq!(session.run(MOST_CALLS).unwrap().calls, MOST_CALLS);
 }
@@ -408,7 +408,7 @@ fn five_earlier_runs_are_kept_and_can_be_viewed() {
     }
     assert_eq!(
         error(session.record(Some(0)).map(Record::calls)),
-        "no run 0: only the present one and the 5 before it are kept"
+        "no run 0: only the current one and the 5 before it are kept"
     );
     for run in 1..=5 {
         assert_eq!(session.record(Some(run)).unwrap().calls(), run + 1);

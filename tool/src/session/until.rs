@@ -42,7 +42,7 @@ impl Present {
             ">=" => |now, wanted| now >= wanted,
             "<" => |now, wanted| now < wanted,
             "<=" => |now, wanted| now <= wanted,
-            sign => bail!("{sign:?} is not a comparison: write =, <>, >, >=, < or <="),
+            sign => bail!("{sign:?} is not a comparison: use =, <>, >, >=, < or <="),
         };
         self.is_running()?;
         let mut held = self.run.steps() > 0 && compare(self.row[column], wanted);
