@@ -400,7 +400,7 @@ def test_same_again_after_the_program_was_changed_marks_what_differs(open_tool):
     line(page, 15).get_by_text("TRUE").wait_for()
     again.click()
     # The lamp goes out in call 5 of the run before, the level rises by another amount from call 4 on.
-    verdict.get_by_text("Differs from Run 2 from 0.4 s on: level and 1 more").wait_for()
+    verdict.get_by_text("Differs from Run 2 from 0.4 s onward: level and 1 more").wait_for()
     assert made(page) == 7
     width = float(lane(page, "Blink.lamp").get_attribute("width"))
     marks = lane(page, "Blink.lamp").locator(".differs")

@@ -271,7 +271,7 @@ def test_before_a_file_is_saved_every_difference_of_each_loop_is_shown(page):
     rows = page.locator(".to-save tbody tr")
     assert [row.locator("td").all_inner_texts() for row in rows.all()] == [["A: GAIN", "4", "5"]]
     (unsent,) = page.locator(".unsent li").all_inner_texts()
-    assert unsent == "B: TI has an edit (44) that is not applied and will not be saved; the file gets 30."
+    assert unsent == "B: TI has an edit (44) that is not applied and will not be saved; the file will contain 30."
     page.get_by_role("button", name="Apply all edits").click()
     page.locator(".unsent").wait_for(state="detached")
     assert [row.locator("td").all_inner_texts() for row in rows.all()] == [["A: GAIN", "4", "5"], ["B: TI", "30", "44"]]

@@ -217,7 +217,7 @@ def test_a_program_survives_a_reload_and_a_link_carries_it(open_tool):
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.locator("#away-button").click()
     page.get_by_role("button", name="Copy link").click()
-    page.get_by_text("The link is on the clipboard. It works only on this computer: for others, put the page on a server").wait_for()
+    page.get_by_text("The link is on the clipboard. It works only on this computer: to share it, put the page on a server").wait_for()
     link = page.evaluate("navigator.clipboard.readText()")
     other = open_tool(LAPTOP)
     other.goto(link)

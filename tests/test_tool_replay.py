@@ -60,7 +60,7 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
     path.write_text("\n".join(",".join(cells[column] for column in columns) for cells in [header, *rows]))
     tool.locator("#replay-file").set_input_files(path)
     tool.get_by_text("Nothing that was tried explains this recording").wait_for()
-    assert "nearest is" not in tool.locator("#replay .verdict").inner_text()
+    assert "closest match is" not in tool.locator("#replay .verdict").inner_text()
     assert "how far a value may be off" in tool.locator("#replay .verdict").inner_text()
     assert tool.locator("#replay").get_by_role("button", name="Apply ").count() == 0
     # A recorder that keeps every fourth call tells no setting, and none is offered.
@@ -122,9 +122,9 @@ def test_a_run_with_a_step_test_replays_from_its_curves_and_another_gain_is_name
     show_tab(tool, "Replay")
     tool.locator("#replay-file").set_input_files(path)
     verdict = tool.locator("#replay .verdict strong")
-    verdict.get_by_text("equal from the first cycle on, bit for bit").wait_for()
+    verdict.get_by_text("equal from the first cycle onward, bit for bit").wait_for()
     gain("2")
-    tool.get_by_text("The settings have changed since this replay: it was made with GAIN 0.7, TI").wait_for()
+    tool.get_by_text("The settings have changed since this replay: it used GAIN 0.7, TI").wait_for()
     colours = [verdict.evaluate("of => getComputedStyle(of).color"), tool.locator("#replay p.faint").first.evaluate("of => getComputedStyle(of).color")]
     assert colours[0] == colours[1], "a verdict on former settings is not green"
     assert "former settings" in tool.locator("#glance").evaluate("of => getComputedStyle(of, '::before').content")
@@ -133,7 +133,7 @@ def test_a_run_with_a_step_test_replays_from_its_curves_and_another_gain_is_name
     verdict.get_by_text("The recording fits GAIN 0.7 instead of 2.").wait_for()
     tool.locator("#replay").get_by_role("button", name="Apply GAIN 0.7").click()
     in_force(0.7)
-    verdict.get_by_text("equal from the first cycle on, bit for bit").wait_for()
+    verdict.get_by_text("equal from the first cycle onward, bit for bit").wait_for()
     # The run had this GAIN in all of its calls: another one would be the same.
     tool.get_by_role("button", name="Run again with these values").wait_for(state="hidden")
     # What the report concludes is what the second text of the block does with the recording.
@@ -164,7 +164,7 @@ def test_another_cycle_is_told_with_the_other_settings_and_applying_all_of_them_
     # Not TI 24 s, which integrates as much in a cycle of 1 s.
     apply = tool.locator("#replay").get_by_role("button", name=re.compile("^Apply CYCLE 0.5, GAIN 1.2, TI 12$"))
     apply.click(timeout=60_000)
-    tool.locator("#replay .verdict strong").get_by_text("equal from the first cycle on, bit for bit").wait_for(timeout=60_000)
+    tool.locator("#replay .verdict strong").get_by_text("equal from the first cycle onward, bit for bit").wait_for(timeout=60_000)
     assert [tool.locator(f"#field-{name}").input_value() for name in ("CYCLE", "GAIN", "TI")] == ["0.5", "1.2", "12"]
 
 

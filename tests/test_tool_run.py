@@ -207,11 +207,11 @@ def test_a_loop_without_a_plant_says_so_and_offers_the_generic_one(open_tool):
 def test_connections_are_sentences_that_can_be_changed(tool):
     sentences = tool.locator("#plant .sentences").first
     assert re.search(r"goes to PLANT\.U", sentences.inner_text())
-    source = tool.get_by_label("What goes to PLANT.U")
+    source = tool.get_by_label("Source of PLANT.U")
     assert source.input_value() == "TIC101.LMN"
     source.select_option("")
     tool.locator("#free-inputs summary").click()
-    assert tool.get_by_label("What goes to PLANT.U").input_value() == ""
+    assert tool.get_by_label("Source of PLANT.U").input_value() == ""
 
 
 def test_calls_show_the_values_of_plcfmu_run_bit_for_bit(tool, run_described):

@@ -812,7 +812,7 @@ def test_a_foreign_plant_whose_names_say_nothing_is_connected_by_what_is_open(st
     missing = "nothing is connected to CONT_C_1.PV_IN"
     sync_api.expect(notes).to_have_text(["No output clearly matches an input: choose below.", missing])
     # What has to be chosen is not folded away.
-    process_value = plant.get_by_label("What goes to PV_IN", exact=True)
+    process_value = plant.get_by_label("Source of PV_IN", exact=True)
     process_value.select_option("PLANT.Y")
     sync_api.expect(plant.get_by_text("goes to PV_IN")).to_be_visible()
     sync_api.expect(notes).to_have_count(0)

@@ -195,7 +195,7 @@ function doors() {
     element(
       "button.door",
       { onclick: run },
-      words("Try a loop", "A furnace runs immediately: change GAIN, run it again"),
+      words("Try a loop", "A furnace starts immediately: change GAIN and run it again"),
     ),
     element(
       "label.door.button",

@@ -174,7 +174,7 @@ function draw() {
   if (!showing) {
     drawn = "";
     lines = sections = [];
-    fill(body, element("p.faint", "The loop's controller is a block. Drop the sources of a program (.scl)."));
+    fill(body, element("p.faint", "This loop's controller is a block, not a program. Drop program sources (.scl) here to open them."));
     return;
   }
   const stop = stopped();

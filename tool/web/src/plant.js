@@ -142,7 +142,7 @@ export async function choose(fmu, values = {}) {
       store.edit(own);
       if (store.edited().length > 0) {
         store.say(
-          `${Object.keys(own).join(", ")} changed so that the controller fits ${fmu}; apply ${store.edited().length > 1 ? "them" : "it"}.`,
+          `${Object.keys(own).join(", ")} changed to match ${fmu}; apply ${store.edited().length > 1 ? "them" : "it"}.`,
         );
       }
     }
@@ -383,7 +383,7 @@ async function connected(loop, plant) {
   const isThere = store.catalogue.fmus.some(({ name }) => name === CHAIN.fmu);
   if (sensor || (isThere && measured(loop, plant, description) >= 0)) {
     const onclick = () => (sensor ? withoutSensor(loop, sensor) : withSensor(loop, plant, description));
-    const title = "A sensor between plant and controller, with noise and the steps of an analog input";
+    const title = "A sensor between plant and controller, with noise and the resolution of an analog input";
     const words = sensor ? "Remove the sensor" : "Measure through a sensor";
     parts.push(element("p", element("button", { id: "sensor", title, onclick }, words)));
   }
@@ -419,7 +419,7 @@ async function sentences(loop, plant) {
       choices.push(`${sensor.name}.${CHAIN.to}`);
     if (from && !choices.includes(from)) choices.push(from);
     const id = `wire-to-${to}`;
-    const about = { id, "aria-label": `What goes to ${called(loop, to)}` };
+    const about = { id, "aria-label": `Source of ${called(loop, to)}` };
     const outputs = choices.map((one) => [one, called(loop, one)]);
     const list = choice(about, [["", "nothing"], ...outputs], from, (next) => rewire(loop, to, next));
     const reason = possible.find((wire) => wire.from === from && wire.to === to)?.reason;
@@ -436,7 +436,7 @@ async function sentences(loop, plant) {
     element(
       "ul.sentences",
       inputs.filter(isThere).map(row),
-      common && element("li.faint", `All of them: ${common}`),
+      common && element("li.faint", `For all: ${common}`),
       element("li.faint", { id: "exchange" }, EXCHANGES[loop.exchange]),
       loop.step !== null && element("li.faint", { id: "step" }, `The communication step is ${loop.step} s.`),
       remarks,

@@ -89,7 +89,7 @@ function settingsInFields() {
 /** Marks the verdict as outdated if the settings have changed. */
 function showStale() {
   stale.hidden = replayedWith === "" || replayedWith === settingsInFields();
-  text(stale, `The settings have changed since this replay: it was made with ${shownWith}. Press Replay.`);
+  text(stale, `The settings have changed since this replay: it used ${shownWith}. Press Replay.`);
   result.classList.toggle("is-former", !stale.hidden);
 }
 
@@ -208,7 +208,7 @@ async function causes(request, known, own) {
   const progress = element("span", { "aria-hidden": "true" });
   const show = () => text(progress, `${Math.round((Date.now() - begun) / 1000)} s`);
   const [first] = known.outputs.flatMap(({ variable, first }) =>
-    first ? `${variable} differs from cycle ${first[0]} on. ` : [],
+    first ? `${variable} differs from cycle ${first[0]} onward. ` : [],
   );
   fill(
     result,
@@ -355,7 +355,7 @@ function showResult(replayed, allowed) {
 
 /** @param {import("./messages").Values} values @param {string} [kind] */
 function useButton(values, kind = "") {
-  const title = "Applies them from the next cycle on and replays the recording; Undo reverts them";
+  const title = "Applies them from the next cycle onward and replays the recording; Undo reverts them";
   return element("button", { class: kind, title, onclick: () => take(values) }, `Apply ${settings(values)}`);
 }
 

@@ -70,7 +70,7 @@ function ofChange(change, variables) {
   const [{ line, time }, isLeftOut] =
     "left_out" in change ? /** @type {const} */ ([change.left_out, true]) : [change.added, false];
   const row = `line ${line} (${rounded(time, "LREAL")} s)`;
-  return isLeftOut ? `${row} is not a call` : `there is one more call before ${row}`;
+  return isLeftOut ? `${row} is not a call` : `there is an additional call before ${row}`;
 }
 
 /**
@@ -82,7 +82,7 @@ function ofChange(change, variables) {
 export function changed(suspect, { variables }) {
   const { changes, since, confused } = suspect;
   const all = changes.map((change) => ofChange(change, variables));
-  if (since) all.push(`${ofChange(since.change, variables)} from ${rounded(since.at[1], "LREAL")} s on`);
+  if (since) all.push(`${ofChange(since.change, variables)} from ${rounded(since.at[1], "LREAL")} s onward`);
   const doubts = [];
   const range = rangeOf(suspect, variables);
   // The range belongs to the last change.
@@ -136,8 +136,8 @@ export function fitting({ conclusion, settings, suspects }) {
 }
 
 /**
- * Reports that a setting was changed during the recording: `Up to cycle 69 GAIN is 2; from cycle 70 (35 s) on, GAIN
- * 0.75 explains every cycle.`, with details such as the uncertainty of time and value.
+ * Reports that a setting was changed during the recording: `Up to cycle 69 GAIN is 2; from cycle 70 (35 s) onward,
+ * GAIN 0.75 explains every cycle.`, with details such as the uncertainty of time and value.
  *
  * @param {Suspect} suspect
  * @param {Since} since of the suspect
@@ -155,7 +155,7 @@ function ofSince(suspect, { change, at, earliest, latest }, variables, isSure) {
   const ofCall = (/** @type {[number, number]} */ [of, when]) => `${of} (${rounded(when, "LREAL")} s)`;
   if (isOpen) {
     const between = `${ofCall(earliest)} to ${ofCall(latest)}`;
-    details.push(`The change could be at any cycle from ${between}${range ? `, with ${name} ${range}` : ""}.`);
+    details.push(`The change could be in any cycle from ${between}${range ? `, with ${name} ${range}` : ""}.`);
   } else if (range) details.push(`${name} ${range} would fit.`);
   const { changes } = suspect;
   const own = changes.flatMap((one) => ("setting" in one ? one.setting : [])).find((one) => one.name === name);
@@ -163,7 +163,7 @@ function ofSince(suspect, { change, at, earliest, latest }, variables, isSure) {
   const others = changes.filter((one) => !("setting" in one && one.setting.name === name));
   const besides = others.length > 0 ? `, with ${fit(others, { variables })} throughout` : "";
   return {
-    headline: `Up to ${isOpen ? "about " : ""}cycle ${call - 1} ${name} is ${before}; from cycle ${call} (${rounded(time, "LREAL")} s) on, ${name} ${value} ${isSure ? "" : "most likely "}explains every cycle${besides}.`,
+    headline: `Up to ${isOpen ? "about " : ""}cycle ${call - 1} ${name} is ${before}; from cycle ${call} (${rounded(time, "LREAL")} s) onward, ${name} ${value} ${isSure ? "" : "most likely "}explains every cycle${besides}.`,
     details,
   };
 }
@@ -222,7 +222,7 @@ export function verdict(replayed, tolerance, block) {
         : `in all ${calls} cycles, within ${within} (up to ${rounded(most, "LREAL", 3)})`;
     const is = outputs.length === 1 ? "is" : "are";
     const coarse = coarsely(replayed, block);
-    const equal = `${names} ${is} equal from the first cycle on, ${how}.${coarse && ` ${coarse}`}`;
+    const equal = `${names} ${is} equal from the first cycle onward, ${how}.${coarse && ` ${coarse}`}`;
     const more = doubt(replayed, block);
     const isOwn = moving.length === 0;
     if (settings.length === 0 && isOwn) return { headline: equal, details: more };
@@ -239,11 +239,11 @@ export function verdict(replayed, tolerance, block) {
   const recorded = isRecorded ? [`It was replayed with ${fit(settings, block)}, as recorded.`] : [];
   if (coarse) recorded.push(coarse);
   // A difference between the settings of recording and loop is the main point.
-  const own = isRecorded ? `The recording has ${fit(settings, block)}, and even with that ` : "";
+  const own = isRecorded ? `The recording has ${fit(settings, block)}, but even then ` : "";
   const told = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
   const [first, ...others] = told.slice(0, MOST_EXPLANATIONS);
   if (conclusion === "coarse") {
-    const remedy = "Record every cycle: rows as far apart as CYCLE.";
+    const remedy = "Record every cycle, with rows CYCLE apart.";
     return {
       headline: "Cycles are missing between the rows: the recording does not reveal the settings.",
       details: [`With one cycle per row, ${difference}.`, remedy],
@@ -251,9 +251,9 @@ export function verdict(replayed, tolerance, block) {
   }
   if (conclusion === "rounded") {
     const same =
-      "other last digits of the measured values would change as many. Nothing indicates that a setting differs";
+      "different last digits in the measured values would change just as many. Nothing indicates that a setting differs";
     return {
-      headline: `${listed(outputs.map(({ variable }) => variable))} agree within the digits of the recording.`,
+      headline: `${listed(outputs.map(({ variable }) => variable))} agree within the recorded digits.`,
       details: [`${difference}; ${same}: record more digits to see small differences.`, ...recorded],
     };
   }
@@ -279,12 +279,12 @@ export function verdict(replayed, tolerance, block) {
       others.length > 0
         ? `These changes cannot be told apart, since each explains this recording: ${[first, ...others].join("; or: ")}.`
         : `${first}.`;
-    const remedy = "Record a step of the setpoint in automatic mode, with more digits.";
+    const remedy = "Record a setpoint step in automatic mode, with more digits.";
     if (likeliest?.since) {
       const names = alike.flatMap(({ since }) => (since && "setting" in since.change ? since.change.setting.name : []));
       const [call, time] = likeliest.since.at;
       return {
-        headline: `From cycle ${call} (${rounded(time, "LREAL")} s) on, a different ${names.join(" or ")} explains every cycle.`,
+        headline: `From cycle ${call} (${rounded(time, "LREAL")} s) onward, a different ${names.join(" or ")} explains every cycle.`,
         details: [
           alike.length > 1
             ? `The recording does not show which: ${told.slice(0, MOST_EXPLANATIONS).join("; or: ")}.`
@@ -296,7 +296,7 @@ export function verdict(replayed, tolerance, block) {
     }
     return {
       headline: isRecorded
-        ? `The recording has ${fit(settings, block)}, and fits more than one further change.`
+        ? `The recording has ${fit(settings, block)}, and fits more than one additional change.`
         : others.length > 0 || likeliest.confused.length > 0
           ? "The recording fits more than one change."
           : "The recording fits more than one value.",
@@ -317,8 +317,8 @@ export function verdict(replayed, tolerance, block) {
   const begin = Math.min(...outputs.flatMap(({ first: at }) => at?.[0] ?? []));
   const where = begin > 0 ? " and changed there: perhaps several settings" : "";
   const nearest = best
-    ? `The nearest is: ${changed(best, block)} (${still}).`
-    : `Look for the cause in what is not recorded${where}.`;
+    ? `The closest match is: ${changed(best, block)} (${still}).`
+    : `The cause may be something that was not recorded${where}.`;
   return {
     headline: isRecorded
       ? `${own}nothing that was tried explains it.`
@@ -372,7 +372,7 @@ function ofDifference({ outputs, calls }, { variables }) {
     : `by up to ${rounded(begins.largest, "LREAL")}${unit && ` ${unit}`} (${begins.different} of ${calls} cycles)`;
   const others = different.filter((one) => one !== begins).map(({ variable }) => variable);
   const too = others.length > 0 ? `, as do ${listed(others)}` : "";
-  return `${begins.variable} differs from cycle ${call} (${rounded(time, "LREAL")} s) on, ${by}${too}`;
+  return `${begins.variable} differs from cycle ${call} (${rounded(time, "LREAL")} s) onward, ${by}${too}`;
 }
 
 /** Why equal outputs are no proof, as sentences; empty if they are. @param {Replayed} replayed @param {Block} block */

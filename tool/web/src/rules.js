@@ -163,7 +163,7 @@ export function settingsTable(loop, answer, units) {
   });
   const { predicted } = answer;
   const facts = /** @type {[string, string, string][]} */ ([
-    ["Ms", "Maximum sensitivity: up to 1.6 is cautious, above 2 is sharp", number(answer.sensitivity)],
+    ["Ms", "Maximum sensitivity: up to 1.6 is cautious, above 2 is aggressive", number(answer.sensitivity)],
     ["gain margin", "The gain can grow by this factor before the loop becomes unstable", number(answer.gain_margin)],
     ["phase margin", "", number(answer.phase_margin, "°")],
     ["overshoot", "Overshoot of the predicted setpoint step", number(predicted.overshoot, " %")],

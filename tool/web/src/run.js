@@ -728,7 +728,7 @@ async function showDone() {
     lines.length > 0 &&
       element(
         "ol.done-list",
-        { tabindex: 0, "aria-label": "What was done" },
+        { tabindex: 0, "aria-label": "Events" },
         lines.slice(-MOST_EVENTS).map((line) => {
           const of = kinds.get(line.variable);
           const unit = unitText(of?.unit);

@@ -105,5 +105,5 @@ async function compare(loop, other) {
 export function comparedText({ name, first, calls }, timeOf) {
   if (first.size === 0) return `Same as ${name}: every variable, in ${calls} cycles`;
   const [earliest, call] = [...first].reduce((one, two) => (two[1] < one[1] ? two : one));
-  return `Differs from ${name} from ${timeOf(call)} s on: ${split(earliest)[1]}${first.size > 1 ? ` and ${first.size - 1} more` : ""}`;
+  return `Differs from ${name} from ${timeOf(call)} s onward: ${split(earliest)[1]}${first.size > 1 ? ` and ${first.size - 1} more` : ""}`;
 }

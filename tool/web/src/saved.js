@@ -69,7 +69,7 @@ export function showSaved(within, loops, withTried) {
             const kept = shown(one.sent, one.variable.kind);
             const edit = one.wrong ?? shown(one.value, one.variable.kind);
             const what = `${title(loop, name)} has an edit (${edit}) that is not applied and will not be saved; `;
-            return element("li", `${what}the file gets ${kept}.`);
+            return element("li", `${what}the file will contain ${kept}.`);
           }),
         ),
         element("button", { onclick: apply }, "Apply all edits"),

@@ -23,8 +23,8 @@ import { rezipped, unzipped } from "tool/zip.js";
 /** The address of a page opened from a file works only on this computer. */
 const WHO_OPENS =
   location.protocol === "file:"
-    ? "It works only on this computer: for others, put the page on a server or a share, open it there and copy the link again."
-    : "Whoever opens it has this loop and this run.";
+    ? "It works only on this computer: to share it, put the page on a server or a network share, open it there, and copy the link again."
+    : "Anyone who opens it gets this loop and this run.";
 
 /** @type {HTMLElement} */
 let body;

@@ -184,7 +184,7 @@ function identifyRow() {
       "button",
       {
         ...{ onclick: () => identifyRun() },
-        title: "From the last step of the manipulated value in this run: settle in manual mode, make one step, wait",
+        title: "From the last step in the manipulated value in this run: settle in manual mode, make one step, wait",
       },
       "Identify from this step",
     ),
@@ -777,7 +777,7 @@ function nextRow(loop, rule, answer, isStep) {
   const { setpoint } = loop.description.roles;
   const [from, to] = [answer.predicted.setpoint[0], answer.predicted.setpoint.at(-1)];
   const next = [
-    { name: "Apply", title: "In force from the next cycle on; Undo reverts them", act: () => applyTuned(answer) },
+    { name: "Apply", title: "Applies them from the next cycle onward; Undo reverts them", act: () => applyTuned(answer) },
   ];
   if (isStep && setpoint && to !== undefined && !wiredTo(loop, setpoint)) {
     const [shownStart, shownGoal] = [from, to].map((one) =>

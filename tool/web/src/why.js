@@ -171,7 +171,7 @@ async function explained(loop, name, call) {
   answers.push(
     element(
       "p.faint",
-      "Booleans in a condition are as it saw them, the variable itself as its first statement saw it; other values are those at the end of the cycle.",
+      "Booleans in a condition are shown as evaluated there, the variable itself as its first statement read it; other values are those at the end of the cycle.",
     ),
   );
   return answers;
@@ -326,7 +326,7 @@ function apart(all, decision) {
     return [
       element(
         "span.part",
-        "what decided is unknown: ",
+        "the deciding operands are unknown: ",
         all.map(({ shown }) => shown),
       ),
     ];
