@@ -1,5 +1,5 @@
-//! Measuring chains start with the value they measure: in its first call, the controller, which is called first, sees
-//! the plant and not 0.
+//! Measuring chains start with the value they measure: the controller is called first, and must see the plant's value
+//! rather than 0.
 
 use crate::describe::describe;
 use crate::home::Home;

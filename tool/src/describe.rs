@@ -67,7 +67,7 @@ pub fn describe(home: &dyn Home, fmu: &str) -> Result<Description> {
     })
 }
 
-/// Converts a number to a value of this PLC type.
+/// Converts a number to a value of a PLC type.
 fn shown(kind: Kind, value: f64) -> Value {
     match kind {
         Kind::Bool => Value::Boolean(value != 0.0),
@@ -162,7 +162,7 @@ pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) ->
     Ok(move |name: &str| stimuli.iter().any(|stimulus| stimulus == name))
 }
 
-/// Reads a parameter file. Problems with it are part of the answer.
+/// Reads a parameter file. The answer includes its problems.
 ///
 /// # Errors
 /// The content is not Base64.
@@ -340,7 +340,7 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
     to_value(given, row.kind).map(number).map_err(|range| format!("{name} = {given:?}: {range}"))
 }
 
-/// The value as rounded by the type, in the form in which it was given.
+/// The value as rounded by the type, in the form given.
 fn as_given(given: Value, held: f64) -> Value {
     match given {
         Value::Boolean(_) => Value::Boolean(held != 0.0),

@@ -14,7 +14,7 @@ pub struct Engine<H> {
 }
 
 impl<H: Home> Engine<H> {
-    /// A new engine without any content.
+    /// Creates an empty engine.
     pub fn new(home: H) -> Engine<H> {
         Engine { home: Programs::new(home), session: Session::default() }
     }

@@ -1,9 +1,9 @@
 //! Experiments with the running loop, each in one request: a step of the actuator in manual mode, and a relay.
 //!
-//! Both begin in the same way: the manual value is set to the present position of the actuator, the controller is
-//! switched to manual mode, and calls are made until the process value is at rest. At the end the actuator returns, the
-//! plant follows, and mode and manual value are restored; the setpoint never changes. All actions are recorded like
-//! those of a user.
+//! Both begin in the same way: the manual value is set to the current position of the actuator, the controller is
+//! switched to manual mode, and calls are made until the process value has settled. At the end, the actuator returns,
+//! the plant follows, and mode and manual value are restored; the setpoint never changes. All actions are recorded
+//! like those of a user.
 
 use self::bench::Bench;
 use crate::describe::describe;
@@ -18,14 +18,14 @@ use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// The number of calls before the first check for whether the process value is at rest.
+/// The number of calls before the first check whether the process value has settled.
 const FIRST: usize = 40;
-/// A process value is at rest if it moves by less than this fraction of its range so far.
+/// A process value has settled if it moves by less than this fraction of its range so far.
 const REST: f64 = 0.005;
 /// The same fraction for a run that ends by itself, where the visible response must be complete: the resolution of a
 /// step's figures.
 const SETTLED: f64 = 0.001;
-/// A variable that has moved little since the user's last action is also at rest if it moves by less than this fraction
+/// A variable that moved little since the user's last action has also settled if it moves by less than this fraction
 /// of its range in the run.
 const UNSEEN: f64 = 0.0001;
 /// The minimum number of times that the controller acts in such a run, once per pulse period: otherwise, a dead time
@@ -54,17 +54,17 @@ const LONG: usize = 12;
 /// The number of calls in a pulse period, assumed until there are pulses: longer than usual.
 const UNKNOWN_PERIOD: usize = 100;
 
-/// A step of the manual value.
+/// A step in the manual value.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct StepTest {
-    /// The step of the manipulated value, in its unit; below 0 for down. If it exceeds a limit and the opposite step
+    /// The step in the manipulated value, in its unit; negative for down. If it exceeds a limit and the opposite step
     /// does not, the direction is reversed.
     pub size: f64,
     /// The method of identification.
     pub method: Method,
-    /// Whether the plant integrates.
+    /// Whether the plant is integrating.
     #[serde(default)]
     pub is_integrating: bool,
 }
@@ -79,7 +79,7 @@ pub struct StepTested {
     pub from: f64,
     /// The last call used for identification, in seconds: later ones restore the loop.
     pub to: f64,
-    /// The time of the step of the manipulated value, in seconds.
+    /// The time of the step in the manipulated value, in seconds.
     pub step: f64,
     /// The model.
     pub identified: Identified,
@@ -118,7 +118,7 @@ pub struct RelayTested {
     pub remarks: Vec<String>,
 }
 
-/// Automatic mode at rest at a setpoint, from which a step can begin.
+/// Automatic mode, settled at a setpoint, from which a step can begin.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -127,7 +127,7 @@ pub struct RestAt {
     pub setpoint: f64,
 }
 
-/// A run until the loop rests.
+/// A run until the loop has settled.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -138,25 +138,25 @@ pub struct Settle {
     pub from: f64,
 }
 
-/// The result of a run until the loop is at rest.
+/// The result of a run until the loop has settled.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Settled {
     /// The state of the run.
     pub state: State,
-    /// Whether the loop is at rest.
+    /// Whether the loop has settled.
     pub is_at_rest: bool,
     /// Whether it oscillates steadily instead, and would continue to. If neither, all calls were made, or the run has
     /// failed.
     pub swings: bool,
 }
 
-/// Makes calls until process value and manipulated value are at rest since the user's last action, or oscillate
-/// steadily. In a loop without a known process value, such as a ramp before a drive, all recorded variables must be at
-/// rest.
+/// Makes calls until process value and manipulated value have settled after the user's last action, or oscillate
+/// steadily. In a loop without a known process value, such as a ramp before a drive, all recorded variables must have
+/// settled.
 ///
 /// # Errors
-/// Zero or too many calls requested; the run has ended.
+/// Zero or too many calls requested, or the run has ended.
 pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Result<Settled> {
     let mut left = request.calls;
     let mut watched = 0;
@@ -219,12 +219,12 @@ impl Watched {
     }
 }
 
-/// Brings the loop to rest in automatic mode at a setpoint, so that a step of the setpoint from there is comparable to
+/// Settles the loop in automatic mode at a setpoint, so that a setpoint step from there is comparable to
 /// the predicted one. Manual mode ends with the setpoint at the process value, so that the bumpless transfer starts
 /// without an error.
 ///
 /// # Errors
-/// The setpoint is unknown or connected, the run has ended, or the loop does not come to rest.
+/// The setpoint is unknown or connected, the run has ended, or the loop does not settle.
 pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Result<Settled> {
     let record = session.record(None)?;
     let controller = record.members().next().context("no controller")?.clone();
@@ -262,8 +262,8 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
 /// Holds the plant, steps the manipulated value, waits, identifies, and restores the loop.
 ///
 /// # Errors
-/// The controller has neither a manual value nor manual pulses, the plant does not come to rest, the step does not move
-/// it, or no model fits; the message gives the reason and the remedy.
+/// The controller has neither a manual value nor manual pulses, the plant does not settle or does not respond to the
+/// step, or no model fits; the message gives the reason and the remedy.
 pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Result<StepTested> {
     let size = request.size;
     ensure!(size != 0.0 && size.is_finite(), "the step size is {size}: it must be a nonzero number");
@@ -356,7 +356,7 @@ fn noise(values: &[f64]) -> f64 {
 }
 
 /// Whether the last third of the values is constant within this fraction of their range, allowing for noise. An empty
-/// list is at rest.
+/// list has settled.
 fn is_at_rest(values: &[f64], part: f64) -> bool {
     if values.is_empty() {
         return true;
@@ -367,7 +367,7 @@ fn is_at_rest(values: &[f64], part: f64) -> bool {
     values.len() >= FIRST && (mean(second) - mean(first)).abs() <= part * width(values) + seen
 }
 
-/// Whether the last third of values that are roughly at rest stays within the resolution of the figures, or oscillates
+/// Whether the last third of values that have roughly settled stays within the resolution of the figures, or oscillates
 /// evenly around its mean: at a turning point it does neither. `all` holds the values of the whole run.
 fn has_settled(values: &[f64], all: &[f64], grown: f64) -> bool {
     let last = &values[values.len() * 2 / 3..];
@@ -380,7 +380,7 @@ fn has_settled(values: &[f64], all: &[f64], grown: f64) -> bool {
     values.is_empty() || is_even || width(last) <= unseen
 }
 
-/// Whether values that are roughly at rest oscillate by more than the noise and by a visible fraction of the range of
+/// Whether values that have roughly settled oscillate by more than the noise and by a visible fraction of the range of
 /// `all`, the values of the run.
 fn swings(values: &[f64], all: &[f64]) -> bool {
     let magnitude = values.iter().fold(0.0_f64, |magnitude, value| magnitude.max(value.abs()));

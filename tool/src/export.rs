@@ -35,7 +35,7 @@ pub enum ExportRequest {
         loops: Vec<Loop>,
         /// The origin of the values, for a comment.
         origin: String,
-        /// Whether the file contains the present stimuli: setpoint, manual value and the like. By default they have the
+        /// Whether the file contains the current stimuli: setpoint, manual value and the like. By default they have the
         /// value of their original file, or the block's start value.
         #[serde(default)]
         stimuli: bool,
@@ -46,19 +46,19 @@ pub enum ExportRequest {
         file: ReadFile,
         /// The loops of the file with changed values.
         loops: Vec<Loop>,
-        /// Whether the file contains the present stimuli, as for a new parameter file.
+        /// Whether the file contains the current stimuli, as for a new parameter file.
         #[serde(default)]
         stimuli: bool,
     },
     /// A run as a description for `plcfmu run`: setup, connections, events.
     Description {
-        /// The run; by default the present one.
+        /// The run; by default the current one.
         #[serde(default)]
         run: Option<usize>,
     },
     /// A run as CSV, with every call that is still stored.
     Csv {
-        /// The run; by default the present one.
+        /// The run; by default the current one.
         #[serde(default)]
         run: Option<usize>,
         /// The variables, by `MEMBER.VARIABLE`; by default all.
@@ -76,7 +76,7 @@ pub enum ExportRequest {
         /// The values before, to compare with; may be empty.
         #[serde(default)]
         before: Vec<crate::message::LoopValue>,
-        /// The run; by default the present one.
+        /// The run; by default the current one.
         #[serde(default)]
         run: Option<usize>,
         /// A picture of the curves, an `<svg>` or a `data:` URL of a PNG; by default drawn by the engine.

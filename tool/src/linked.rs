@@ -34,7 +34,7 @@ impl<B: Block> Instance<B> {
     /// Like [`Instance::new`], for runs side by side, in which blocks are stored as a `G`.
     ///
     /// # Errors
-    /// As [`Instance::new`].
+    /// As for [`Instance::new`].
     pub fn abreast<G: Abreast<B>>(name: &str) -> Result<Instance<B>> {
         Ok(Instance { combine: Some(abreast::combine::<B, G>), ..Instance::new(name)? })
     }
@@ -63,7 +63,7 @@ impl<B: Cyclic> Instance<B> {
         Ok(Instance { component, integers: Vec::new(), booleans: Vec::new(), forced: Vec::new(), combine: None })
     }
 
-    /// The block it calls, with its present values.
+    /// The block it calls, with its current values.
     pub fn block(&self) -> &B {
         self.component.instance.block()
     }

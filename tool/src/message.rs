@@ -52,7 +52,7 @@ pub struct KnownLoop {
     pub name: String,
     /// Its title.
     pub title: String,
-    /// What is special about it, or empty.
+    /// Its special feature, or empty.
     pub about: String,
     /// Its members and connections.
     pub setup: Setup,
@@ -216,7 +216,7 @@ pub struct LoopValue {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Problem {
-    /// The line and the column, from 1, if it has a place.
+    /// The 1-based line and column, if it has a place.
     pub place: Option<(usize, usize)>,
     /// The problem.
     pub message: String,
@@ -230,7 +230,7 @@ pub struct Problem {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Checked {
-    /// Sentences, with the settings that they name.
+    /// Sentences, each with the settings that it names.
     pub remarks: Vec<Remark>,
     /// The settings without effect in combination with the others, by name.
     pub unused: Vec<String>,
@@ -246,7 +246,7 @@ pub struct Remark {
     pub variables: Vec<String>,
     /// The sentence.
     pub text: String,
-    /// Whether the FMU will refuse the value.
+    /// Whether the FMU will reject the value.
     pub is_error: bool,
 }
 
@@ -258,9 +258,9 @@ pub struct Proposal {
     pub connections: Vec<Wire>,
     /// All other possible connections.
     pub others: Vec<Wire>,
-    /// Settings that go with the proposed connections, by `MEMBER.VARIABLE`.
+    /// Settings for the proposed connections, by `MEMBER.VARIABLE`.
     pub values: Values,
-    /// The communication step that goes with them; by default the controller's cycle.
+    /// The communication step for them; by default the controller's cycle.
     #[serde(default)]
     pub step: Option<f64>,
     /// When values pass from output to input, in the known loop on which the proposal is based.
@@ -268,7 +268,7 @@ pub struct Proposal {
     pub exchange: Exchange,
     /// Unconnected inputs that need a connection.
     pub open: Vec<Open>,
-    /// Further remarks for the user, a sentence each.
+    /// Other remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -294,7 +294,7 @@ pub struct Wire {
     pub reason: String,
 }
 
-/// The setup of a run: a controller first, then its plant and further members.
+/// The setup of a run: a controller first, then its plant and any other members.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Setup {
@@ -314,7 +314,7 @@ pub struct Setup {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct State {
-    /// The number of the run, from 0.
+    /// The 0-based number of the run.
     pub run: usize,
     /// The number of calls made.
     pub calls: usize,
@@ -329,7 +329,7 @@ pub struct State {
     pub after: Option<Values>,
     /// The forced values, by `MEMBER.VARIABLE`.
     pub forced: Values,
-    /// The reason why the run has ended: which FMU failed, and its messages.
+    /// Why the run has ended: which FMU failed, and its messages.
     pub failure: Option<String>,
     /// Whether the last calls ended because their condition became true.
     #[serde(default)]
@@ -342,7 +342,7 @@ pub struct State {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct View {
-    /// The run; by default the present one.
+    /// The run; by default the current one.
     #[serde(default)]
     pub run: Option<usize>,
     /// The variables, by `MEMBER.VARIABLE`.
@@ -394,7 +394,7 @@ pub struct Events {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Event {
-    /// The index of the call before which it was set, from 0.
+    /// The 0-based index of the call before which it was set.
     pub call: usize,
     /// The time of that call, in seconds.
     pub time: f64,
@@ -413,7 +413,7 @@ pub struct Event {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum Act {
-    /// As an FMU permits: an input or a parameter.
+    /// As an FMU allows: an input or a parameter.
     #[default]
     Set,
     /// Once, for any variable.
@@ -430,12 +430,12 @@ impl Act {
     }
 }
 
-/// The run, and the part of it to evaluate.
+/// A run, and the part of it to evaluate.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 #[serde(default, deny_unknown_fields)]
 pub struct FiguresRequest {
-    /// The run; by default the present one.
+    /// The run; by default the current one.
     pub run: Option<usize>,
     /// The beginning in seconds; by default that of the last step.
     pub from: Option<f64>,
@@ -497,11 +497,11 @@ pub struct Figure {
 pub enum Answer {
     /// The result.
     Ok(serde_json::Value),
-    /// The reason why there is no result.
+    /// Why there is no result.
     Error(Error),
 }
 
-/// The reason why a request was refused.
+/// Why a request was rejected.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Error {
     /// The problem, with name and value, and the remedy: one sentence.

@@ -108,7 +108,7 @@ impl Original<'_> {
         Ok(Preset { name, guid, files, left_out, remarks: values.warnings() })
     }
 
-    /// The positions of a block's members among the variables. Refuses a block other than this FMU's.
+    /// The positions of a block's members among the variables. Fails for a block other than this FMU's.
     fn places(&self, own: &str, block: &BlockType) -> Result<Vec<usize>> {
         ensure!(block.name == own, "it is an FMU for {own}, not for {}", block.name);
         let variables = &self.description.variables;
@@ -198,7 +198,7 @@ pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     let library = start.map_or_else(|| description.guid.clone(), |start| start.library);
     let original = Original { xml: &xml, description: &description, library: &library, page: file(PAGE) };
     let preset = original.preset(&values)?;
-    // A library of another version would refuse or misinterpret the start values.
+    // A library of another version would reject or misinterpret the start values.
     let name = &values.block.name;
     let own = home.entries().into_iter().map(|entry| entry.name).find_map(|fmu| {
         let is_of_block = home.table(&fmu).ok().flatten().is_some_and(|table| table.name == *name);

@@ -31,7 +31,7 @@ const MOST_PROBLEMS: usize = 500;
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Compiled {
-    /// The name in the catalogue under which the program runs; `None` if it was refused.
+    /// The name in the catalogue under which the program runs; `None` if it was rejected.
     pub fmu: Option<String>,
     /// The block to run.
     pub block: String,
@@ -41,7 +41,7 @@ pub struct Compiled {
     pub candidates: Vec<String>,
     /// The time between two calls in seconds.
     pub cycle: f64,
-    /// Where the cycle comes from.
+    /// The origin of the cycle.
     pub cycle_from: String,
     /// The texts of the sources.
     pub sources: Vec<SourceText>,
@@ -53,7 +53,7 @@ pub struct Compiled {
     pub parts: Vec<Instance>,
     /// A summary of the project's files and of missing parts: rows of a table. Empty for a single source.
     pub survey: Vec<(String, String)>,
-    /// Possible assumptions about undeclared names; without them, the program is refused.
+    /// Possible assumptions about undeclared names; without them, the program is rejected.
     pub assumptions: Vec<Assumption>,
 }
 
@@ -77,7 +77,7 @@ pub struct Assumption {
 pub struct Finding {
     /// The source's name; empty if it concerns all of them.
     pub file: String,
-    /// The line and the column, from 1.
+    /// The 1-based line and column.
     pub place: Option<(usize, usize)>,
     /// The number of characters concerned, in its first line.
     pub length: usize,
@@ -120,7 +120,7 @@ pub struct Monitored {
     pub temps: Values,
     /// Its STRINGs and WSTRINGs at the end of the call; a run has numbers only.
     pub texts: BTreeMap<String, String>,
-    /// The executed lines: the index of the source, from 0, and the line.
+    /// The executed lines: the 0-based index of the source, and the line.
     pub lines: Vec<(usize, usize)>,
     /// The program's warnings since its start, with file and line.
     pub warnings: Vec<String>,

@@ -60,7 +60,7 @@ pub struct Tuning {
     /// In degrees.
     #[serde(default)]
     pub phase_margin: Option<f64>,
-    /// The predicted step of the setpoint.
+    /// The predicted setpoint step.
     #[serde(default)]
     pub step: Step,
     /// All compared rules with their predicted effects; the curves may be omitted except for both ends of the setpoint.
@@ -231,7 +231,7 @@ fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str,
     Ok(())
 }
 
-/// When a plant of the run stopped, such as a drive that tripped.
+/// Reports plants that stopped during the run, such as a tripped drive.
 fn faults(page: &mut String, home: &dyn Home, record: Option<&Record>) -> Result<()> {
     let Some(record) = record else { return Ok(()) };
     for member in record.members() {

@@ -78,11 +78,11 @@ requests! { |home, session|
     } -> KnownLoop = known::described(&file, &text)?;
     /// Translates a PLC program, and adds it to the catalogue.
     Compile(of: Program) -> Compiled = program::compile(home, &of)?;
-    /// The activity of a program of the present run in a call, line by line.
+    /// The activity of a program in the current run in a call, line by line.
     Monitor {
         /// Its name in the loop.
         member: String,
-        /// The call, from 0; by default the last one. For an earlier one, the run is repeated up to it.
+        /// The 0-based index of the call; by default the last one. For an earlier one, the run is repeated up to it.
         #[serde(default)]
         call: Option<usize>,
         /// The block whose networks are displayed, and the path of its instance; empty for a function.
@@ -109,9 +109,9 @@ requests! { |home, session|
         /// The plant.
         plant: Member,
     } -> Proposal = connect::propose(home, &controller, &plant)?;
-    /// Begins a run; the present one, if any, is kept as an earlier run.
+    /// Begins a run; the current one, if any, is kept as an earlier run.
     Start(setup: Setup) -> State = session.start(home, setup)?;
-    /// The state of the present run, as after a reload of the page.
+    /// The state of the current run, for example after a reload of the page.
     State -> State = session.state()?;
     /// Sets variables before the next call.
     Send {
@@ -143,9 +143,9 @@ requests! { |home, session|
         #[serde(default)]
         until: Option<Until>,
     } -> State = session.run_until(calls, until.as_ref())?;
-    /// Makes calls until the loop is at rest.
+    /// Makes calls until the loop has settled.
     Settle(of: experiment::Settle) -> Settled = experiment::settle(home, session, &of)?;
-    /// Brings the loop to rest in automatic mode at a setpoint, from which a step can begin.
+    /// Settles the loop in automatic mode at a setpoint, from which a step can begin.
     RestAt(of: experiment::RestAt) -> Settled = experiment::rest_at(home, session, &of)?;
     /// Replaces all members but the first with others, which start now; the controller continues.
     Exchange {
@@ -158,19 +158,19 @@ requests! { |home, session|
     View(view: View) -> Curves = session.view(&view)?;
     /// The setup of a run, and its events.
     Events {
-        /// The run; by default the present one.
+        /// The run; by default the current one.
         run: Option<usize>,
     } -> Events = session.record(run)?.events();
     /// Repeats a record: the same setup, the same calls with the same events, and so the same bits.
     SameBits {
-        /// The run to repeat; by default the present one.
+        /// The run to repeat; by default the current one.
         #[serde(default)]
         run: Option<usize>,
     } -> State = session.same_bits(home, run)?;
     /// Repeats the test of a run with other settings: its stimuli (setpoint, manual value, disturbances, noise) recur
     /// at the same times; settings, plant and connections are those in force, from the beginning.
     SameTest {
-        /// The run whose test is repeated; by default the present one.
+        /// The run whose test is repeated; by default the current one.
         #[serde(default)]
         run: Option<usize>,
         /// The settings in force, by `MEMBER.VARIABLE`; others have their value at the end of that run. Stimuli are
@@ -178,7 +178,7 @@ requests! { |home, session|
         #[serde(default)]
         values: Values,
     } -> State = session.same_test(home, run, &values)?;
-    /// Curves and figures of the present run's test with other settings. The present run is not affected.
+    /// Curves and figures of the current run's test with other settings. The current run is not affected.
     Try {
         /// The settings, by `MEMBER.VARIABLE`; stimuli are ignored.
         values: Values,
@@ -190,10 +190,10 @@ requests! { |home, session|
     } -> Tried = home.beside(|| signals::tried(home, session, &values, view, figures))?;
     /// The figures of a run.
     Figures(of: FiguresRequest) -> Figures = signals::figures(home, session, &of)?;
-    /// The last step of the setpoint in a run as predicted by the identified plant with the settings in force at that
-    /// time, for comparison with the figures of the run; `None` if it was not a step from rest in automatic mode.
+    /// The last setpoint step in a run as predicted by the identified plant with the settings in force at that
+    /// time, for comparison with the run's figures; `None` if it was not a step from steady state in automatic mode.
     Forecast {
-        /// The run; by default the present one.
+        /// The run; by default the current one.
         #[serde(default)]
         run: Option<usize>,
         /// The plant.
@@ -211,8 +211,8 @@ requests! { |home, session|
     /// The open loop of the controller and a plant's model, with the controller's settings and with others, and its
     /// margins.
     Bode(of: bode::BodeRequest) -> Bode = bode::bode(home, &of)?;
-    /// Holds the plant at the present manipulated value until it is at rest, steps it, waits until it is at rest again,
-    /// and identifies.
+    /// Holds the plant at the current manipulated value until it has settled, steps it, waits until it has settled
+    /// again, and identifies it.
     StepTest(of: experiment::StepTest) -> StepTested = experiment::step(home, session, &of)?;
     /// Holds the plant, lets the manipulated value switch up and down, and returns the ultimate gain and period.
     RelayTest(of: experiment::RelayTest) -> RelayTested = experiment::relay(home, session, &of)?;

@@ -66,7 +66,7 @@ pub struct Session {
 /// The setup and the recording of a run.
 #[derive(Clone, Debug)]
 pub struct Record {
-    /// The number of the run, from 0.
+    /// The 0-based number of the run.
     number: usize,
     setup: Setup,
     /// The time of call 0 in seconds.
@@ -87,7 +87,7 @@ pub struct Record {
 /// A variable that was set while the loop ran.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Done {
-    /// The index of the call before which it was set, from 0.
+    /// The 0-based index of the call before which it was set.
     pub call: usize,
     /// The variable, as a column of the record.
     pub column: usize,
@@ -102,7 +102,7 @@ pub struct Done {
 /// Members that replaced others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exchanged {
-    /// The index of the call before which they were replaced, from 0.
+    /// The 0-based index of the call before which they were replaced.
     pub call: usize,
     /// All members but the first.
     pub members: Vec<message::Member>,
@@ -110,7 +110,7 @@ pub struct Exchanged {
     pub connections: Vec<(String, String)>,
 }
 
-/// A run that can continue.
+/// A run that can be continued.
 struct Present {
     record: Record,
     /// The current system; after an exchange, it differs from the one at the start of the record.
@@ -149,7 +149,7 @@ struct Ramp {
 }
 
 impl Record {
-    /// The number of the run, from 0.
+    /// The 0-based number of the run.
     pub fn number(&self) -> usize {
         self.number
     }
@@ -348,7 +348,7 @@ impl Session {
     /// Ramps a variable linearly to a value, with an event before each of the next calls.
     ///
     /// # Errors
-    /// As [`Session::send`]; the variable is not a number, or the ramp takes too long.
+    /// As for [`Session::send`]; the variable is not a number, or the ramp takes too long.
     pub fn ramp(&mut self, variable: &str, to: f64, seconds: f64) -> Result<State> {
         self.present()?.ramp(variable, to, seconds)?;
         self.state()
@@ -357,7 +357,7 @@ impl Session {
     /// Makes calls.
     ///
     /// # Errors
-    /// Zero or too many calls requested; the run has ended. A failing FMU is not an error: see [`State::failure`].
+    /// Zero or too many calls requested, or the run has ended. A failing FMU is not an error: see [`State::failure`].
     pub fn run(&mut self, calls: usize) -> Result<State> {
         Session::check_calls(calls)?;
         self.present()?.run(calls)?;
@@ -389,7 +389,7 @@ impl Session {
     /// Restarts with the setup of a run, and repeats its calls with the same events.
     ///
     /// # Errors
-    /// No such run; as [`Session::start`].
+    /// No such run; as for [`Session::start`].
     pub fn same_bits(&mut self, home: &dyn Home, run: Option<usize>) -> Result<State> {
         let mut script = Script::new(self.record(run)?);
         if run.is_some() {
@@ -403,7 +403,7 @@ impl Session {
     /// by `MEMBER.VARIABLE`, override the settings.
     ///
     /// # Errors
-    /// No such run; as [`Session::start`].
+    /// No such run; as for [`Session::start`].
     pub fn same_test(&mut self, home: &dyn Home, run: Option<usize>, values: &Values) -> Result<State> {
         let mut script = Script::new(self.record(run)?);
         script.put_settings(home, values)?;
@@ -414,7 +414,7 @@ impl Session {
     /// and the trial run is not added to the list.
     ///
     /// # Errors
-    /// No run, or one with too many calls; as [`Session::same_test`].
+    /// No run, or one with too many calls; as for [`Session::same_test`].
     pub fn tried(&self, home: &dyn Home, values: &Values) -> Result<Session> {
         let mut script = Script::new(self.record(None)?);
         if script.calls > MOST_TRIED {

@@ -157,9 +157,9 @@ fn disturbances(record: &Record, wiring: &Wiring) -> Vec<Set> {
 /// The figures of a run.
 ///
 /// # Errors
-/// No such run; as [`Signals::new`].
+/// No such run; as for [`Signals::new`].
 pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> Result<Figures> {
-    // The last change of the setpoint may be before the window.
+    // The last setpoint change may be before the window.
     let record = session.record(request.run)?;
     let mut signals = Signals::new(home, record, None, None)?;
     signals.unit = signals.unit.or_else(|| request.unit.clone());
@@ -184,10 +184,10 @@ pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> 
     Ok(Figures { from, to, step, disturbance, figures: all.into_iter().map(figure).collect(), remarks })
 }
 
-/// The test of the present run with other settings.
+/// The test of the current run with other settings.
 ///
 /// # Errors
-/// As [`Session::tried`] and [`Session::view`].
+/// As for [`Session::tried`] and [`Session::view`].
 pub fn tried(
     home: &dyn Home,
     session: &Session,

@@ -37,7 +37,7 @@ enum Drive {
         name: String,
         /// The manual value that keeps the actuator at its initial position.
         held: f64,
-        /// Its present displacement.
+        /// Its current displacement.
         away: f64,
         /// The limits of the manipulated value, low and high.
         limits: Option<[String; 2]>,
@@ -311,7 +311,7 @@ impl<'a> Bench<'a> {
         Ok(self.process_value_from(from)?.into_iter().step_by(self.every).collect())
     }
 
-    /// Makes calls until the process value is at rest and meets the condition `is_done`.
+    /// Makes calls until the process value has settled and meets the condition `is_done`.
     pub(super) fn settle(&mut self, part: f64, is_done: impl Fn(&[f64]) -> bool) -> Result<()> {
         let from = self.next_time()?;
         let first = FIRST * self.every;

@@ -1,4 +1,4 @@
-//! The page of a preset: that of its block, with a section on the start values at the top.
+//! The page of a preset: its block's page, with a section on the start values at the top.
 
 use anyhow::Context;
 use blocks::table::number::number;

@@ -83,7 +83,7 @@ impl<H: Home> Programs<H> {
         Ok(look(running.instance.block(), &running.warnings, &running.blocks))
     }
 
-    /// Runs something alongside the present run without changing which programs are watched.
+    /// Runs something alongside the current run without changing which programs are watched.
     pub(crate) fn beside<T>(&self, run: impl FnOnce() -> T) -> T {
         let present = self.running.borrow().clone();
         let done = run();

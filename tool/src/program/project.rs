@@ -1,4 +1,4 @@
-//! The files of a project opened by the page, as a program.
+//! Converts the files of a project opened by the page to a program.
 
 use crate::message::SourceFile;
 use anyhow::{Context, Error, Result, anyhow, ensure};

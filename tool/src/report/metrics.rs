@@ -59,7 +59,7 @@ fn list<'a>(page: &mut String, figures: impl Iterator<Item = &'a Figure>) -> Res
     Ok(())
 }
 
-/// The criterion for settled or recovered, as a sentence: ` Settled: the process value stays within ±0.4 K of the
+/// The settling or recovery criterion, as a sentence: ` Settled: the process value stays within ±0.4 K of the
 /// setpoint, 2 % of the step.`
 fn band(word: &str, of: &str, happened: &Happened, figures: &Figures, unit: Option<&str>) -> Option<String> {
     let own = figures.figures.iter().find(|figure| figure.key == "peak").and_then(|figure| figure.unit.clone());

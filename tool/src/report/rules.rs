@@ -152,7 +152,7 @@ fn metrics_of(tuned: &Tuned) -> [Option<f64>; 9] {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct RulesTable {
-    /// The rules.
+    /// The rules, one per row.
     pub rows: Vec<RuleOutcome>,
     /// The reasons for missing metrics, a line for each.
     pub missing: Vec<String>,
@@ -203,7 +203,7 @@ fn best(applied: &RuleOutcome, rows: &[RuleOutcome]) -> Vec<&'static str> {
 /// The step with the settings before and after a rule was applied, as the model predicts them, in one picture.
 ///
 /// # Errors
-/// The reason why the block cannot be simulated with the model.
+/// Why the block cannot be simulated with the model.
 pub(super) fn before_and_after(
     page: &mut String,
     home: &dyn Home,

@@ -44,7 +44,7 @@ pub(super) struct Predicted {
     settings: String,
 }
 
-/// Predicts the last step of the setpoint with the settings in force at that time. `None` if there is no such step in
+/// Predicts the last setpoint step with the settings in force at that time. `None` if there is no such step in
 /// automatic mode.
 ///
 /// # Errors
@@ -131,7 +131,7 @@ pub(super) struct Disturbance {
 }
 
 /// Predicts the last disturbance of a run with the settings in force at that time, as a load at the plant's input. Its
-/// size is that of the controller's own disturbance, or the compensating change of the manipulated value.
+/// size is that of the controller's own disturbance, or the compensating change in the manipulated value.
 ///
 /// # Errors
 /// Why it cannot be predicted.
@@ -204,8 +204,8 @@ pub(crate) struct Forecasted {
     pub verdict: String,
 }
 
-/// The last step of the setpoint in a run as predicted by the identified plant with the settings in force at that time.
-/// `None` if it was not a step from rest in automatic mode.
+/// The last setpoint step in a run as predicted by the identified plant with the settings in force at that time.
+/// `None` if it was not a step from steady state in automatic mode.
 ///
 /// # Errors
 /// The run has no controller or no figures, or the block cannot be simulated with the model.

@@ -51,7 +51,7 @@ fn types() -> String {
     let all: Vec<_> = types.declarations.into_values().collect();
     let values = format!("{{ [key in string]: {} }}", Value::ident(&types.config));
     let text = format!(
-        "// Made of tool/src/request.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.\n\n\
+        "// Generated from tool/src/request.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.\n\n\
          /**\n * Values by the variable's name.\n */\nexport type Values = Record<string, Value>;\n\n{}\n\
          /**\n * Each request with its answer.\n */\nexport interface Dialogue {{\n{}}}\n",
         all.join("\n").replace(&values, "Values"),

@@ -22,7 +22,7 @@ impl Script {
         Script { setup, calls, events, exchanges: record.exchanges.clone() }
     }
 
-    /// Keeps only the stimuli among the events. Other settings apply from the beginning, unless `values` contains
+    /// Keeps only stimuli among the events. Other settings apply from the beginning, unless `values` contains
     /// another value; so does a plant that replaced another.
     pub(super) fn put_settings(&mut self, home: &dyn Home, values: &Values) -> Result<()> {
         if let Some(last) = self.exchanges.pop() {
@@ -42,7 +42,7 @@ impl Script {
         }
         let members = &mut self.setup.members;
         let names = |name: &str, members: &[message::Member]| {
-            // This is unambiguous, because no member's name begins with another member's name and a dot.
+            // This is unambiguous: no member's name begins with another member's name and a dot.
             members.iter().position(|of| own_name(name, &of.name).is_some())
         };
         let all = members.clone();
@@ -52,7 +52,7 @@ impl Script {
         };
         let mut in_force = Values::new();
         self.events.retain(|event| {
-            // Forced variables are part of the test, as long as their members exist.
+            // Forced variables are part of the test, if their members exist.
             let keeps = match event.act {
                 Act::Set => is_stimulus(&event.variable),
                 _ => return names(&event.variable, &all).is_some(),

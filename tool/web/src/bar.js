@@ -9,7 +9,7 @@ import { source, store } from "tool/store.js";
 import { shown } from "tool/values.js";
 
 const MOST_NOTICES = 4;
-/** How long a note that asks for nothing is shown, in milliseconds. */
+/** How long a note that needs no action is shown, in milliseconds. */
 const NOTE = 8000;
 
 export function mount() {

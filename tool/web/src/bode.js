@@ -11,7 +11,7 @@ import { ask } from "tool/engine.js";
 import { valuesOf } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** Lower values are useless and would compress the rest of the plot. */
+/** Lower values are of no use and would compress the rest of the plot. */
 const [LOWEST_AMPLITUDE, LOWEST_PHASE] = [-40, -360];
 
 /**

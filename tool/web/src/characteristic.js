@@ -21,7 +21,7 @@ export function mount(after) {
     const member = { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) };
     try {
       const { sweeps } = await ask({ do: "characteristic", member });
-      // A flat curve explains nothing: in automatic mode, the manual value moves no output.
+      // A flat curve explains nothing: in automatic mode, the manual value has no effect on any output.
       if (mine === asked) fill(within, sweeps.filter(isMoving).map(chart));
     } catch {
       // A value that the block rejects is reported beside its field.

@@ -247,7 +247,7 @@ export function timeUnit(length) {
  * outside.
  *
  * @param {string} unit
- * @param {() => [number, number]} [more] a further range that must be visible, for example of earlier runs
+ * @param {() => [number, number]} [more] an additional range that must be visible, for example of earlier runs
  * @param {number} [room] margin of a percent axis below 0 and above 100
  * @returns {uPlot.Range.Function}
  */

@@ -61,7 +61,7 @@ const WINDOWS = /** @type {[string, number][]} */ ([
 ]);
 const MOST_CHOSEN = 4;
 const MOST_LANES = 8;
-/** The smallest picture that is worth drawing, in CSS pixels. */
+/** The smallest useful size of the picture, in CSS pixels. */
 const [NARROWEST, LOWEST] = [200, 120];
 
 /** @type {HTMLElement} */
@@ -249,7 +249,7 @@ async function choose() {
   const outputs = found.filter(({ member, variable }) => member === loop.member && variable.role === "output");
   const shownFirst = main.length > 1 ? main : [...main, ...outputs.slice(0, 2).map((signal) => signal.name)];
   const names = new Set([...shownFirst, ...kept.chosen, ...pulses, ...stopped]);
-  // The setpoint has the unit of the controller's own process value, which need not be the unit of another block's
+  // The setpoint has the unit of the controller's own process value, which may differ from the unit of another block's
   // output.
   const left = own ? unitText(knownUnits.processValue) || unitOf(own) : unitOf(setpoint ?? processValue);
   const right = unitText(knownUnits.manipulatedValue);
@@ -259,7 +259,7 @@ async function choose() {
     if (!signal) return [];
     const isLeft = name === setpoint || name === own;
     const unit = isLeft ? left : name === manipulatedValue ? right : unitText(signal.variable.unit);
-    // One axis per unit. Two numbers without a unit need not be the same quantity.
+    // One axis per unit. Two numbers without a unit may be different quantities.
     const isSame = unit === left && (unit !== "" || !own || name !== manipulatedValue);
     const other = name === manipulatedValue || unit === right ? "right" : `unit ${unit}`;
     const scale = isLeft || isSame ? "left" : other;
@@ -349,7 +349,7 @@ function height() {
   return Math.max(place?.clientHeight ?? 0, LOWEST);
 }
 
-/** Recreates the picture after a change of curves, size or colours. */
+/** Recreates the picture after a change in curves, size or colours. */
 function make() {
   plot?.destroy();
   plot = undefined;

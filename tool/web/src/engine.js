@@ -4,12 +4,12 @@
  * @typedef {import("./messages").Dialogue} Dialogue
  */
 
-/** The engine rejected a request. The message states the problem and the remedy. */
+/** A request that the engine rejected. The message states the problem and the remedy. */
 export class EngineError extends Error {
   name = "EngineError";
 }
 
-/** The server does not respond. Everything shown stays. */
+/** The server does not respond. The page keeps its content. */
 export class ServerLost extends EngineError {
   name = "ServerLost";
 }
@@ -91,7 +91,7 @@ export function ask(request) {
   return answer;
 }
 
-/** A request was cancelled before it was answered. */
+/** A request that was cancelled before it was answered. */
 export class Stopped extends EngineError {
   name = "Stopped";
 }

@@ -4,7 +4,7 @@
  *
  * @typedef {object} Track
  * @property {number[]} calls calls in which the value changed, beginning with the first call
- * @property {number[]} values value from each of these calls on; NaN for an invalid number
+ * @property {number[]} values value from each of these calls onward; NaN for an invalid number
  * @property {number} until number of calls known
  */
 

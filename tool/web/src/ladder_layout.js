@@ -225,7 +225,7 @@ function ends(placed, one) {
 }
 
 /**
- * Assigns rows: the first input of an element is in the same row; each further input starts a row below.
+ * Assigns rows: the first input of an element is in the same row; each additional input starts a row below.
  *
  * @param {Placed[]} placed
  */

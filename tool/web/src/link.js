@@ -54,7 +54,7 @@ export async function linkOfLoop() {
 export async function openLink() {
   if (!location.hash.startsWith(BEGIN)) return;
   const text = location.hash.slice(BEGIN.length).replaceAll("-", "+").replaceAll("_", "/");
-  // From now on the loop is part of the session, which a reload restores.
+  // The loop is now part of the session, which a reload restores.
   history.replaceState(null, "", location.href.split("#")[0]);
   /** @type {Carried} */
   let carried;

@@ -16,7 +16,7 @@ import { split, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
 /**
- * The part of the run chosen by the user; by default, the latest part is followed.
+ * The part of the run chosen by the user; by default, the latest part.
  *
  * @type {[number, number] | undefined}
  */

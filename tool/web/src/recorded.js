@@ -1,6 +1,6 @@
 /**
- * The first 150 s of the live loop on the first page, as the engine computes them, from call 2 on in every third call:
- * a curve to show before the engine is ready. A test compares them with the engine.
+ * The first 150 s of the live loop on the first page, as computed by the engine: every third call from call 2 onward.
+ * Shown until the engine is ready. A test compares it with the engine.
  */
 
 export const EVERY = 3;

@@ -375,7 +375,7 @@ function ofDifference({ outputs, calls }, { variables }) {
   return `${begins.variable} differs from cycle ${call} (${rounded(time, "LREAL")} s) onward, ${by}${too}`;
 }
 
-/** Why equal outputs are no proof, as sentences; empty if they are. @param {Replayed} replayed @param {Block} block */
+/** Why equal outputs prove nothing, as sentences; empty if they do. @param {Replayed} replayed @param {Block} block */
 function doubt({ doubt: why }, { controller }) {
   if (why === null) return [];
   const settings = controller.join(", ");

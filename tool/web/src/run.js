@@ -24,7 +24,7 @@ const FRAME = 16;
 const MOST_CALLS = 20_000;
 /** The maximum lag that is caught up, in milliseconds: a page in the background is woken once a minute. */
 const MOST_BEHIND = 120_000;
-/** The lag from which it is displayed, in milliseconds. */
+/** The lag above which it is displayed, in milliseconds. */
 const WORTH_TELLING = 1000;
 const MOST_EVENTS = 500;
 /** The log's words for how a value was set. @type {Record<string, string>} */

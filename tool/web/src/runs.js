@@ -156,7 +156,7 @@ function valuesIn(loop, { setup, events, calls }) {
     const [member, name] = split(variable);
     const values = all.get(name);
     if (call >= calls || member !== loop.member || !values) continue;
-    // A value set before the first call replaces the value from the setup.
+    // A value set before the first call replaces the one from the setup.
     if (call === 0) values.length = 0;
     values.push(value);
   }

@@ -14,7 +14,7 @@ const KEY = "plcfmu";
 const VERSION = 2;
 /** A run with more calls is not repeated. */
 const MOST_CALLS = 200_000;
-/** Nor is a run with more events: a long ramp sets a value in each call. */
+/** A run with more events is not repeated either: a long ramp sets a value in each call. */
 const MOST_EVENTS = 5000;
 /**
  * The delay before a change is saved, and the interval at which the session is saved beyond the tab, in milliseconds.

@@ -18,16 +18,16 @@ const LEAST = 1e-3;
 const NOTHING = 1e-6;
 
 /**
- * The step to predict, and the origin of its curve in the picture of the run. The step begins in automatic mode, at
- * rest.
+ * The step to predict, and the origin of its curve in the picture of the run. The step begins in automatic mode, in
+ * steady state.
  *
  * @param {Work} loop
  * @param {{ from: string, to: string }} typed process value before the step and setpoint after it; if empty, taken from
  *   the run
  * @param {import("./messages").Model} model
  * @returns {Promise<{ step: import("./messages").Step, band: number | null, origin: import("tool/overlay.js").Origin, same: string }>}
- *   `band` is the recovery band of a run of the loop, regardless of the typed values; `same` is the typed target if it equals the
- *   start, else empty
+ *   `band` is the recovery band of a run of the loop, regardless of the typed values; `same` is the typed target if it
+ *   equals the start, else empty
  */
 export async function userStep(loop, typed, model) {
   const { setpoint } = loop.description.roles;

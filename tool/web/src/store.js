@@ -14,7 +14,7 @@
  *   in the engine are `variable(loop, "GAIN")` = `TIC101.GAIN`.
  * - A run: `store.begin()` starts it (Setup from the loop), `store.calls(n)` makes calls, `store.repeat(...)` repeats
  *   it, `store.now(values)` sets live values immediately (setpoint, MAN, disturbances), `store.ramp(...)` ramps a
- *   value. Each resolves to the new State, which becomes `store.state`. `store.isLive()` tells whether the engine's
+ *   value. Each resolves to the new State, which becomes `store.state`. `store.isLive()` returns whether the engine's
  *   current run belongs to the current loop. `loop.runs` are the numbers of its runs in the engine, latest last.
  * - A panel's own requests go through `ask` in engine.js; show an error with `store.say(error)` or next to its cause.
  *

@@ -108,7 +108,7 @@ function show() {
     const ofRun = Object.entries(loop.settings).filter(([, one]) => isTried(one));
     tried.hidden = ofRun.length === 0;
     names.textContent = ` also ${ofRun.map(([name]) => name).join(", ")} as in the run`;
-    // Whatever either of the two buttons saves.
+    // Everything that either button saves.
     showSaved(content, [...new Set([...ofFile(), ...chosen()])], stimuli.checked);
   };
   for (const one of [which, stimuli]) one.addEventListener("change", () => showContent?.());

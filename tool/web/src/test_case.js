@@ -6,7 +6,7 @@
  * @typedef {import("tool/history.js").Track} Track
  * @typedef {import("tool/store.js").Work} Work
  *
- * @typedef {object} Item a line of the list: values set before a call, or values observed from it on
+ * @typedef {object} Item a line of the list: values set before a call, or values observed from that call onward
  * @property {number} call
  * @property {number} until last call with the observed values
  * @property {Map<Variable, number>} values

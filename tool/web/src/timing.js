@@ -47,7 +47,7 @@ const [HIGH, LOW, MARGIN] = [4, 17, 8];
 const NEAR = 3;
 /** The approximate width of a letter, and the margin of a text. */
 const [LETTER, ROOM] = [6.4, 6];
-/** The distance from which a pointer movement is a drag, in pixels. */
+/** The minimum distance for a pointer movement to count as a drag, in pixels. */
 const DRAG = 4;
 
 /** @type {HTMLElement} */
@@ -156,7 +156,7 @@ function isShown() {
 /**
  * Rebuilds the rows for the current loop if they have changed.
  *
- * @param {boolean} [isForced] whether to rebuild in any case, because colours have changed
+ * @param {boolean} [isForced] whether to rebuild regardless, because colours have changed
  */
 async function rebuild(isForced = false) {
   const loop = store.loop;

@@ -116,7 +116,7 @@ export function mount(content) {
   store.on("settings", (names) => {
     showNext();
     showBode();
-    // Rules depend on CYCLE, the normalisation and the pulse former; ignore settings that the rule itself has written.
+    // Rules depend on CYCLE, the normalization and the pulse former; ignore settings that the rule itself has written.
     const own = Object.keys(tuned?.values ?? {});
     if (tuned && names.some((/** @type {string} */ name) => !own.includes(name))) tune();
   });
@@ -298,7 +298,7 @@ function identifyRun() {
   identify(false);
 }
 
-/** Identifies from the same data again, after a change of method or kind of plant. */
+/** Identifies from the same data again, after a change to the method or the kind of plant. */
 function identifyAgain() {
   if (isFromCsv !== undefined) identify(isFromCsv, store.loop && tests.get(store.loop));
 }
@@ -801,7 +801,7 @@ function nextRow(loop, rule, answer, isStep) {
 }
 
 /**
- * Runs the predicted step, which begins in automatic mode, at rest.
+ * Runs the predicted step, which begins in automatic mode, in steady state.
  *
  * @param {string} setpoint
  * @param {number} from

@@ -397,7 +397,7 @@ function operands(loop, member, { write, prefix, constants }, names, at, decisio
   });
 }
 
-/** A value that cannot be explained any further. @param {string} text @param {string} [title] */
+/** A value without a further explanation. @param {string} text @param {string} [title] */
 function value(text, title) {
   return element("span.value", { title }, text);
 }
