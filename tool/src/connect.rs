@@ -260,7 +260,8 @@ fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, propos
         let shown = |of: &Variable| of.unit.as_deref().map_or_else(|| type_of(of).to_lowercase(), units::shown);
         let (output, from_unit, to_unit) = (from.full(&output.name), shown(output), shown(input));
         let text = format!(
-            "{output} ({from_unit}) cannot be connected to {full} ({to_unit}), although {reason}: values are not converted"
+            "{output} ({from_unit}) cannot be connected to {full} ({to_unit}), although {reason}: values are not \
+             converted"
         );
         proposal.misfits.push(Open { input: full, text });
         return;

@@ -292,7 +292,8 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
             bail!("{name} is forced from the start, which a description cannot express: release it and run again");
         }
         remarks.push(format!(
-            "The description ends at call {calls} ({time:?} s), when {name} was written: it can set only inputs and parameters."
+            "The description ends at call {calls} ({time:?} s), when {name} was written: it can set only inputs and \
+             parameters."
         ));
     }
     let system = system(home, record, calls);
@@ -304,7 +305,8 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
     let text = about + &file::write(&system)?;
     if text.len() > LONGEST_DESCRIPTION {
         remarks.push(format!(
-            "The description is {} MiB, because each call of a ramp is a separate event: 'plcfmu run' reads at most {} MiB.",
+            "The description is {} MiB, because each call of a ramp is a separate event: 'plcfmu run' reads at most \
+             {} MiB.",
             text.len().div_ceil(1 << 20),
             LONGEST_DESCRIPTION >> 20
         ));

@@ -879,7 +879,8 @@ fn check_names(members: &[message::Member]) -> Result<()> {
             }
             if own_name(&other.name, name).or(own_name(name, &other.name)).is_some() {
                 bail!(
-                    "the members {} and {name} cannot be told apart: one name must not begin with the other followed by a dot",
+                    "the members {} and {name} cannot be told apart: one name must not begin with the other followed \
+                     by a dot",
                     other.name
                 );
             }

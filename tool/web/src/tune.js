@@ -184,7 +184,7 @@ function identifyRow() {
       "button",
       {
         ...{ onclick: () => identifyRun() },
-        title: "From the last step in the manipulated value in this run: settle in manual mode, make one step, wait",
+        title: "From the last step in the manipulated value: settle in manual mode, make one step, wait",
       },
       "Identify from this step",
     ),
