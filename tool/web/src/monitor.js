@@ -174,7 +174,7 @@ function draw() {
   if (!showing) {
     drawn = "";
     lines = sections = [];
-    fill(body, element("p.faint", "This loop's controller is a block, not a program. Drop program sources (.scl) here to open them."));
+    fill(body, element("p.faint", "This loop's controller is a block, not a program: drop program sources (.scl)."));
     return;
   }
   const stop = stopped();

@@ -355,7 +355,7 @@ function showResult(replayed, allowed) {
 
 /** @param {import("./messages").Values} values @param {string} [kind] */
 function useButton(values, kind = "") {
-  const title = "Applies them from the next cycle onward and replays the recording; Undo reverts them";
+  const title = "Applies them from the next cycle and replays the recording; Undo reverts them";
   return element("button", { class: kind, title, onclick: () => take(values) }, `Apply ${settings(values)}`);
 }
 

@@ -777,7 +777,7 @@ function nextRow(loop, rule, answer, isStep) {
   const { setpoint } = loop.description.roles;
   const [from, to] = [answer.predicted.setpoint[0], answer.predicted.setpoint.at(-1)];
   const next = [
-    { name: "Apply", title: "Applies them from the next cycle onward; Undo reverts them", act: () => applyTuned(answer) },
+    { name: "Apply", title: "Applies them from the next cycle; Undo reverts them", act: () => applyTuned(answer) },
   ];
   if (isStep && setpoint && to !== undefined && !wiredTo(loop, setpoint)) {
     const [shownStart, shownGoal] = [from, to].map((one) =>
