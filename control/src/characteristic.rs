@@ -1,4 +1,4 @@
-//! The characteristic of a pulse former: the mean of its pulses as a function of its input, with the present settings.
+//! The characteristic of a pulse former: the mean of its pulses as a function of its input, with the current settings.
 
 use anyhow::{Context, Result, bail};
 use blocks::{Characteristic, Kind};

@@ -43,7 +43,7 @@ enum RowsAre {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     line: usize,
-    /// The number of the column, from 1, and its name; `None` if the error concerns the whole line.
+    /// The 1-based column number and the name; `None` if the error concerns the whole line.
     column: Option<(usize, String)>,
     /// The message that follows "line 3" or "line 3, column 2 (PV):".
     text: String,
@@ -78,7 +78,7 @@ pub struct CsvTable {
     /// The columns in the order of the file. Text columns are left out; a date column is merged into the column with
     /// the time of day.
     pub columns: Vec<Column>,
-    /// The line of each row in the file, from 1.
+    /// The 1-based line number of each row in the file.
     pub lines: Vec<usize>,
     /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
@@ -91,7 +91,7 @@ pub struct Column {
     pub name: String,
     /// The name with its unit, as written in the header.
     pub header: String,
-    /// The column number in the file, from 1.
+    /// The 1-based column number in the file.
     pub number: usize,
     /// The unit given in the header: `PV [degC]`, `PV (degC)` or `PV / degC`.
     pub unit: Option<String>,
@@ -260,7 +260,7 @@ pub fn loop_names(text: &str) -> Result<Option<Vec<String>>> {
 /// Where the rows of a text begin, and their format.
 struct Layout<'a> {
     text: &'a str,
-    /// The line number, from 1, at which `text` begins.
+    /// The 1-based line number at which `text` begins.
     line: usize,
     separator: u8,
     rows_are: RowsAre,

@@ -1,8 +1,8 @@
 //! Figures of a loop: how fast, how far, how much. [`FIGURES`] defines each of them once, for the parameter tool, its
 //! report, studies, the command and Python.
 //!
-//! A figure describes one event of a run: a step of the setpoint or a disturbance. The *window* of an event ends at
-//! the next change of the setpoint, disturbance, or change between manual and automatic mode. A step begins in the
+//! A figure describes one event of a run: a setpoint step or a disturbance. The *window* of an event ends at the next
+//! setpoint change, disturbance, or change between manual and automatic mode. A step begins in the
 //! first call with the new setpoint; a ramp, in which the setpoint changes in several consecutive calls, counts from
 //! the first of them. A run that begins far from its setpoint begins with a step, in the first call with a process
 //! value computed by the plant.
@@ -30,7 +30,7 @@ const STAY: f64 = 0.1;
 /// The end of a reason why a figure is absent.
 const NOT_FINITE: &str = "is NaN in some calls";
 
-/// The reason if the setpoint does not change.
+/// The reason given if the setpoint does not change.
 const NO_CHANGE: &str = "the setpoint does not change in this part of the run";
 
 /// A figure of a loop. Lower is better.
@@ -192,7 +192,7 @@ pub static SETTLING: Figure = Figure {
     of: |window| window.settling(),
 };
 
-/// The reason if no disturbance occurs.
+/// The reason given if no disturbance occurs.
 const NO_DISTURBANCE: &str = "nothing disturbs the loop in this part of the run";
 
 const NO_CALL: &str = "no call in this part of the run";
@@ -340,7 +340,7 @@ struct Disturbed {
     recovery: Result<f64, String>,
 }
 
-/// A step of the setpoint with the response of the process value.
+/// A setpoint step with the response of the process value.
 #[derive(Debug)]
 struct Step<'a> {
     cause: Cause,
@@ -409,7 +409,7 @@ impl<'a> Window<'a> {
         Window { has_step: false, disturbed: Some(disturbed), ..Window::new(signals, calls, None, None, None) }
     }
 
-    /// `disturbance` holds the events before the disturbance, and the events from the disturbance on.
+    /// `disturbance` holds the events before the disturbance, and the disturbance with all later events.
     fn new(
         signals: Signals<'a>,
         calls: Range<usize>,

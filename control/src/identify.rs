@@ -1,7 +1,7 @@
-//! Identification of a plant model from the response to a step of the manipulated value.
+//! Identification of a plant model from the response to a step in the manipulated value.
 //!
 //! The last recorded step is used: the manipulated value is constant before it and after it, as in manual mode. Before
-//! it, the process value is at rest or drifts at a constant rate. A recorded manipulated value takes effect at its
+//! it, the process value is steady or drifts at a constant rate. A recorded manipulated value takes effect at its
 //! timestamp, and a process value was sampled at its timestamp, as in the recording of a run. If a plant's logger
 //! samples the two at different times but records them together, the difference adds to the dead time.
 //!
@@ -52,7 +52,7 @@ pub struct IdentifyRequest {
     pub data: Data,
     /// The method.
     pub method: Method,
-    /// Whether the plant integrates.
+    /// Whether the plant is integrating.
     #[serde(default)]
     pub is_integrating: bool,
 }
@@ -64,10 +64,10 @@ pub struct IdentifyRequest {
 pub enum Data {
     /// A run of the tool: the loop's manipulated value and process value.
     Run {
-        /// The run; by default the present one.
+        /// The run; by default the current one.
         #[serde(default)]
         run: Option<usize>,
-        /// The beginning in seconds; by default shortly before the last step of the manipulated value.
+        /// The beginning in seconds; by default shortly before the last step in the manipulated value.
         #[serde(default)]
         from: Option<f64>,
         /// The end in seconds; by default the last call.
@@ -130,7 +130,7 @@ pub struct Model {
     pub second_time_constant: f64,
     /// L in seconds.
     pub dead_time: f64,
-    /// Whether the plant integrates.
+    /// Whether the plant is integrating.
     #[serde(default)]
     pub is_integrating: bool,
 }
@@ -189,10 +189,10 @@ pub fn identify(recorded: &Recorded, method: Method, is_integrating: bool) -> Re
     judged(&step, model, method)
 }
 
-/// The sampled response of a plant to a unit step of the manipulated value.
+/// The sampled response of a plant to a unit step in the manipulated value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
-    /// The deviation of the process value from its value at rest, beginning with the sample of the step.
+    /// The deviation of the process value from its steady value, beginning with the sample of the step.
     pub values: Vec<f64>,
     /// The time between two samples in seconds.
     pub interval: f64,

@@ -2,7 +2,7 @@
 //! gain of a plant.
 //!
 //! The controller samples the plant only at its calls, and holds its manipulated value between them. A plant is
-//! therefore represented by its process value at the calls: after a unit step of the manipulated value the process
+//! therefore represented by its process value at the calls: after a unit step in the manipulated value the process
 //! value changes by h1, h2, ..., and `P(z) = h1 z^-1 + h2 z^-2 + ...`. This holds for any linear plant, whether h1, h2,
 //! ... are taken from a [record](Plant::of_step) or a [model](Plant::of_model); after the last one, they continue as a
 //! geometric sequence. The controller is the law computed in each call, see [`Law`]. By the argument principle, a loop
@@ -20,7 +20,7 @@ use std::ops::{Add, Div, Mul, Sub};
 const DENSITY: f64 = 0.012;
 /// The maximum number of samples of a plant's step response; beyond it, the response is sampled at longer intervals.
 const MOST_STEPS: usize = 20_000;
-/// The number of time constants after which a lag is at rest.
+/// The number of time constants after which a lag has settled.
 const RESTS: f64 = 12.0;
 /// If the ratio of the change in the last tenth of a record to that in the tenth before it is above this, the plant is
 /// not a settling lag.
@@ -106,7 +106,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Creates a plant from the sampled response of its process value to a unit step of the manipulated value. The
+    /// Creates a plant from the sampled response of its process value to a unit step in the manipulated value. The
     /// values are `interval` seconds apart, beginning at the call of the step.
     ///
     /// `delay` is the delay added by pulses, half of their period, in seconds.
@@ -138,7 +138,7 @@ impl Plant {
     pub fn of_model(model: &Model, cycle: f64) -> Plant {
         let lags = [model.time_constant, model.second_time_constant];
         let (short, long) = (lags[0].min(lags[1]), lags[0].max(lags[1]));
-        // Once the shorter lag is at rest, only the longer one remains.
+        // Once the shorter lag has settled, only the longer one remains.
         let end = model.dead_time + RESTS * if model.is_integrating { long } else { short };
         let interval = cycle.max(end / MOST_STEPS as f64);
         let mut process = Process::at_rest(*model, 0.0);

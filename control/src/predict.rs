@@ -1,11 +1,11 @@
-//! The simulated loop: the real block with a plant model, after a step of the setpoint.
+//! The simulated loop: the real block with a plant model, after a setpoint step.
 //!
 //! The block is called as in a run of the tool: every CYCLE, before the plant, which then advances by one CYCLE with
-//! the manipulated value held. First, the loop is brought to rest in manual mode. If the block has a manual value, it
-//! is 50 % unless the user specifies another; the plant starts at rest with the resulting output of the block. Then the
-//! controller is switched to automatic mode, and the setpoint steps. By default, the step is 10 % times the plant's
-//! gain, so that the manipulated value finally moves by 10 %. For an integrating plant, it is 10 % divided by GAIN, so
-//! that the manipulated value initially moves by 10 %.
+//! the manipulated value held. First, the loop is brought to steady state in manual mode. If the block has a manual
+//! value, it is 50 % unless the user specifies another; the plant starts in steady state with the resulting output of
+//! the block. Then the controller is switched to automatic mode, and the setpoint steps. By default, the step is 10 %
+//! times the plant's gain, so that the manipulated value finally moves by 10 %. For an integrating plant, it is 10 %
+//! divided by GAIN, so that the manipulated value initially moves by 10 %.
 //!
 //! After a load, the loop has recovered once it stays in the same band as in a run, which depends on the run's last
 //! step and is part of the request. Without a run, the band is that of the default step, so that the size of the
@@ -43,7 +43,7 @@ const STEP: f64 = 10.0;
 const LOAD: f64 = 10.0;
 /// The maximum number of calls to simulate.
 const MOST_CALLS: usize = 200_000;
-/// The factors by which the simulated time is extended in turn until the loop is at rest.
+/// The factors by which the simulated time is extended in turn until the loop has settled.
 const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];
 /// Extensions up to this factor are always allowed; longer ones only if the plant itself is slower.
 const SURELY_LONGER: usize = 4;
@@ -76,7 +76,7 @@ const VARIABLES: [(&str, Type, Causality); 6] = [
 #[derive(Clone)]
 struct Plant {
     process: Process,
-    /// The process value at rest.
+    /// The process value in steady state.
     level: f64,
     /// The scaling from a process value to a word of an analog input: word = (value - offset) / factor.
     scaling: Option<(f64, f64)>,
@@ -84,7 +84,7 @@ struct Plant {
     motor_time: Option<f64>,
     /// The time from which a load is added to the input, and its size.
     load: Option<(f64, f64)>,
-    /// The time until which the plant is kept at rest, and the time before it over which its input is averaged.
+    /// The time until which the plant is kept in steady state, and the time before it over which its input is averaged.
     rest: (f64, f64),
     /// The sum and the number of the inputs in that time.
     resting: (f64, f64),
@@ -191,7 +191,7 @@ fn description() -> Description {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Schedule {
     cycle: f64,
-    /// The first call in automatic mode, from which on the plant responds.
+    /// The first call in automatic mode, after which the plant responds.
     automatic: usize,
     /// The call with the new setpoint.
     step: usize,
@@ -293,9 +293,9 @@ pub fn predict(
     Ok((predicted, told))
 }
 
-/// Evaluates the loop over the usual time or, if it is not at rest by then, over the first longer time within which it
-/// comes to rest. A calm loop takes longer after a load than after a setpoint step, a fast loop whose manipulated value
-/// is at its limit takes as long as its plant, and an oscillating loop never comes to rest.
+/// Evaluates the loop over the usual time or, if it has not settled by then, over the first longer time within which it
+/// settles. A calm loop takes longer after a load than after a setpoint step, a fast loop whose manipulated value
+/// is at its limit takes as long as its plant, and an oscillating loop never settles.
 fn resting<'a, T>(
     request: &TuneRequest,
     simulate: impl Fn(usize) -> Result<Simulation<'a>>,
@@ -325,7 +325,7 @@ fn resting<'a, T>(
 
 /// A predicted step to compare with a measured one.
 pub struct Forecast {
-    /// The process value in each call from the step on.
+    /// The process value in each call since the step.
     pub process_value: Vec<f64>,
     /// The manipulated value in these calls; empty where pulses drive the plant.
     pub manipulated_value: Vec<f64>,
@@ -361,7 +361,7 @@ pub fn forecast(
 }
 
 /// Predicts the figures of a disturbance, by key: a load of `size` at the plant's input, in the unit of the manipulated
-/// value, over the `duration` for which it was present in a run, in seconds. The request specifies the recovery band.
+/// value, for the `duration`, in seconds, for which it acted in a run. The request specifies the recovery band.
 ///
 /// # Errors
 /// As in [`predict`].
@@ -498,7 +498,7 @@ impl<'a> Simulation<'a> {
         self.rows(&self.system, Plant { load, ..self.plant.clone() })
     }
 
-    /// Returns the rows with the step of the setpoint.
+    /// Returns the rows with the setpoint step.
     fn step(&self) -> Result<Vec<[f64; 3]>> {
         let mut system = self.system.clone();
         let time = Some(self.schedule.time(self.schedule.step));
@@ -557,7 +557,7 @@ fn unrecovered(rows: &[[f64; 3]], controller: &Controller) -> String {
     find("recovery").map(|figure| figure.absent).unwrap_or_default().into()
 }
 
-/// Returns the default step of the setpoint, in the unit of the process value: [`STEP`] percent times the plant's gain;
+/// Returns the default setpoint step, in the unit of the process value: [`STEP`] percent times the plant's gain;
 /// for an integrating plant, the step that initially moves the manipulated value by [`STEP`] percent.
 fn usual_height(request: &TuneRequest, gain: Option<&Value>) -> f64 {
     match gain {
@@ -580,7 +580,7 @@ struct Terminal {
     name: String,
     /// Whether it is an analog input word.
     is_word: bool,
-    /// The switches that it needs to take effect.
+    /// The switches required for it to take effect.
     switches: Vec<(String, bool)>,
 }
 

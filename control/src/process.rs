@@ -24,12 +24,12 @@ pub struct Process {
 }
 
 impl Process {
-    /// Creates a plant at rest at the given time, in seconds.
+    /// Creates a plant in steady state at the given time, in seconds.
     pub fn at_rest(model: Model, time: f64) -> Process {
         Process { model, time, input: 0.0, on_the_way: VecDeque::new(), last: 0.0, first: 0.0, second: 0.0 }
     }
 
-    /// Sets the input from this time on. Calls must be in chronological order.
+    /// Sets the input from this time onward. Calls must be in chronological order.
     pub fn put(&mut self, time: f64, input: f64) {
         if input != self.last {
             self.last = input;

@@ -132,7 +132,7 @@ pub enum Conclusion {
 pub struct Compared {
     /// The variable.
     pub variable: String,
-    /// The first call that differs, from 0, with its time in seconds.
+    /// The 0-based index of the first call that differs, with its time in seconds.
     pub first: Option<(usize, f64)>,
     /// The number of calls that differ.
     pub different: usize,
@@ -155,7 +155,7 @@ pub struct Compared {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Suspect {
-    /// The changes from the start on.
+    /// The changes that apply from the start.
     pub changes: Vec<Change>,
     /// The change made during the recording, if any.
     pub since: Option<Since>,
@@ -432,7 +432,7 @@ fn value_of(change: &Change) -> Option<(&str, f64)> {
     }
 }
 
-/// Returns the change of a suspect, if it is the only one and applies from the start.
+/// Returns a suspect's change, if it is the only one and applies from the start.
 fn single(suspect: &Suspect) -> Option<(String, f64)> {
     let [change] = suspect.changes.as_slice() else { return None };
     value_of(change).filter(|_| suspect.since.is_none()).map(|(name, value)| (name.to_string(), value))

@@ -27,7 +27,7 @@
 //! | AMIGO PID, integrating | 0.45 / (k' L) | 8 L | 0.5 L |
 //!
 //! A rule without a second lag is given a simpler model by the half rule: half of the second lag is added to the time
-//! constant and half to the dead time; if the plant integrates, all of it is added to the dead time.
+//! constant and half to the dead time; if the plant is integrating, all of it is added to the dead time.
 
 use crate::identify::Model;
 use crate::margins;

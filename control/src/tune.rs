@@ -60,7 +60,7 @@ pub struct TuneRequest {
     pub rule: Rule,
     /// P, PI or PID.
     pub structure: Structure,
-    /// The controller with its present settings, of which CYCLE, the normalisation and the pulse former matter.
+    /// The controller with its current settings, of which CYCLE, the normalization and the pulse former matter.
     pub controller: Member,
     /// The closed-loop time constant in seconds, for the rules SIMC and lambda. By default, it is the dead time for
     /// SIMC (1.5 dead times in the table of all rules); for lambda, it is the plant's time constant or three dead
@@ -85,7 +85,7 @@ pub struct TuneRequest {
     pub exchange: Exchange,
 }
 
-/// A step of the setpoint.
+/// A setpoint step.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
@@ -93,7 +93,7 @@ pub struct Step {
     /// The setpoint before the step; by default that of the controller.
     pub from: Option<f64>,
     /// The size of the step, negative for a step down; by default, the step that finally moves the manipulated value by
-    /// 10 %, or initially if the plant integrates.
+    /// 10 %, or initially if the plant is integrating.
     pub size: Option<f64>,
     /// The manual value at which the plant rests before the step, in percent; by default 50.
     pub manual: Option<f64>,
@@ -180,9 +180,10 @@ pub struct Predicted {
     pub overshoot: Option<f64>,
     /// Its settling time in seconds.
     pub settling: Option<f64>,
-    /// The total travel of the manipulated value from the step on.
+    /// The total travel of the manipulated value since the step.
     pub travel: Option<f64>,
-    /// The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same rest.
+    /// The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same steady
+    /// state.
     pub load: Option<Load>,
 }
 
@@ -204,7 +205,7 @@ pub struct Load {
     pub band: f64,
 }
 
-/// A control block with its present settings.
+/// A control block with its current settings.
 pub struct Controller {
     /// The name in messages.
     pub member: Member,
@@ -250,7 +251,7 @@ impl Controller {
         Ok(controller)
     }
 
-    /// Returns the set value of a variable, or its start value if it is not set; TRUE is 1.
+    /// Returns the value set for a variable, or its start value if it is not set; TRUE is 1.
     pub fn value(&self, name: &str) -> f64 {
         let start = || self.table.find(name).map_or(0.0, |row| self.table.rows[row].start());
         self.member.values.get(name).map_or_else(start, |value| number_of(*value))

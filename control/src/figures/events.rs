@@ -1,4 +1,4 @@
-//! The events in a run of a loop: steps of the setpoint and disturbances. Each event covers the part of the run up to
+//! The events in a run of a loop: setpoint steps and disturbances. Each event covers the part of the run up to
 //! the next one.
 
 use super::{BAND, Signals, duration};
@@ -16,7 +16,7 @@ use std::ops::Range;
 pub enum Cause {
     /// The start of the run, with a process value far from the setpoint.
     Start,
-    /// A change of the setpoint. One made in manual mode counts when automatic mode begins.
+    /// A setpoint change. One made in manual mode counts when automatic mode begins.
     Setpoint,
     /// The change to automatic mode, with a process value far from the setpoint.
     Automatic,
@@ -24,11 +24,11 @@ pub enum Cause {
     Disturbance,
 }
 
-/// A step of the setpoint or a disturbance.
+/// A setpoint step or a disturbance.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Event {
     pub cause: Cause,
-    /// The calls from the event up to the next change of the setpoint, disturbance or change of mode.
+    /// The calls from the event up to the next setpoint change, disturbance or mode change.
     pub calls: Range<usize>,
 }
 
@@ -61,7 +61,7 @@ pub struct Set {
     pub variable: String,
     /// The value; true is 1. `None` if another member replaced this one.
     pub value: Option<f64>,
-    /// The value before, if it is known.
+    /// The previous value, if it is known.
     pub before: Option<f64>,
 }
 
@@ -112,7 +112,7 @@ impl<'a> Wiring<'a> {
         }
     }
 
-    /// Returns the disturbances among the settings; setting a variable to its present value is not a disturbance.
+    /// Returns the disturbances among the settings; setting a variable to its current value is not a disturbance.
     pub fn disturbances(&self, set: impl IntoIterator<Item = Set>) -> Vec<Set> {
         let is_change =
             |set: &Set| (set.value.is_none() || set.before != set.value) && self.is_disturbance(&set.variable);
@@ -228,7 +228,7 @@ impl Signals<'_> {
 const JUMP: f64 = 3.0;
 
 /// Whether the process value begins far from the setpoint: by at least half of its span in these calls, and by at least
-/// [`BAND`] times its span in the whole run. Otherwise, the loop was at rest.
+/// [`BAND`] times its span in the whole run. Otherwise, the loop was in steady state.
 fn is_far(setpoint: &[f64], value: &[f64], first: usize, calls: &Range<usize>) -> bool {
     let width = |values: &[f64]| {
         let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));

@@ -5,7 +5,7 @@ use super::{Model, error, response};
 
 /// The maximum number of iterations.
 const IMPROVEMENTS: usize = 40;
-/// The relative step of the finite differences.
+/// The relative step size for finite differences.
 const DIFFERENCE: f64 = 1e-5;
 
 /// The free parameters of a model.

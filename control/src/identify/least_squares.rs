@@ -33,8 +33,8 @@ pub(super) fn lags(step: &Step) -> Result<Model> {
 
 /// Fits a lag with dead time.
 ///
-/// From `T y'(t) + y(t) = K u(t - L)`, integrated from the step on: `y = -Y/T + (K/T) U(t - L)`, where Y and U are the
-/// integrals. Noise mainly affects y on the left-hand side, so it hardly biases the solution.
+/// From `T y'(t) + y(t) = K u(t - L)`, integrated from the step onward: `y = -Y/T + (K/T) U(t - L)`, where Y and U are
+/// the integrals. Noise mainly affects y on the left-hand side, so it hardly biases the solution.
 fn lag(samples: &Samples, step: &Step) -> Result<Model> {
     let longest = longest_dead_time(step);
     let missed =

@@ -59,7 +59,7 @@ pub(super) fn integrating_tangent(step: &Step) -> Result<Model> {
     })
 }
 
-/// Returns the time from the first change of the input to an ideal step with the same area.
+/// Returns the time from the first change in the input to an ideal step with the same area.
 fn delay_of_input(step: &Step) -> f64 {
     let late: f64 = step.moves.windows(2).map(|pair| (step.height - pair[0].1) * (pair[1].0 - pair[0].0)).sum();
     late / step.height

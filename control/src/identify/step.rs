@@ -11,7 +11,7 @@ const MOST_NEIGHBOURS: usize = 200;
 const SMOOTHED: f64 = 1.2;
 /// The minimum number of samples after the step.
 const FEWEST: usize = 10;
-/// The minimum change of the manipulated value that counts as a step, relative to its span.
+/// The minimum change in the manipulated value that counts as a step, relative to its span.
 const STEP: f64 = 0.02;
 /// The maximum deviation of the manipulated value from its level, relative to the step.
 const FLAT: f64 = 0.05;
@@ -30,11 +30,11 @@ const CALMER: f64 = 4.0;
 pub(super) struct Step {
     /// The time of the step in the record's seconds.
     pub start: f64,
-    /// The times of the samples from the step on, in seconds after it.
+    /// The times of the samples since the step, in seconds after it.
     pub times: Vec<f64>,
     /// The process value minus its level and drift before the step.
     pub values: Vec<f64>,
-    /// The manipulated value from each time on, minus its level before the step.
+    /// The manipulated value from each time onward, minus its level before the step.
     pub moves: Vec<(f64, f64)>,
     /// The height of the step.
     pub height: f64,
@@ -75,7 +75,7 @@ impl Step {
                 short(start)
             );
         }
-        // Samples long before the step do not show whether the plant is at rest at the step.
+        // Samples long before the step do not show whether the plant is in steady state at the step.
         let begin = (found.rest..found.first).find(|at| start - times[*at] <= duration / 2.0).unwrap_or(found.first);
         let begin = if is_integrating { begin } else { calmest(times, output, begin, found.first) };
         let resting = Line::through(&times[begin..=found.first], &output[begin..=found.first], start);
@@ -239,7 +239,7 @@ impl Step {
         Ok(())
     }
 
-    /// Subtracts a drift, and rejects a process value that was not at rest before the step.
+    /// Subtracts a drift, and rejects a process value that was not steady before the step.
     fn consider_rest(&mut self, resting: &Line, is_integrating: bool) -> Result<()> {
         if !resting.is_significant() {
             return Ok(());
@@ -367,7 +367,7 @@ impl Line {
     }
 }
 
-/// Returns the sample from which the process value is at rest before the step. An earlier movement that has died away,
+/// Returns the sample from which the process value is steady before the step. An earlier movement that has died away,
 /// such as the response to the first manual value, is excluded; a constant drift is not. `begin` is the first
 /// sample considered.
 fn calmest(times: &[f64], output: &[f64], begin: usize, step: usize) -> usize {
@@ -412,7 +412,7 @@ fn check(recorded: &Recorded) -> Result<()> {
     Ok(())
 }
 
-/// Finds the last step of the manipulated value.
+/// Finds the last step in the manipulated value.
 fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     let (low, high) = extremes(input);
     let span = high - low;
@@ -468,7 +468,7 @@ fn moves(input: &[f64], times: &[f64], found: &Move) -> Vec<(f64, f64)> {
     within.chain([(times[length], found.to - found.from)]).collect()
 }
 
-/// The minimum number of changes of a signal that consists of pulses.
+/// The minimum number of changes in a signal that consists of pulses.
 const PULSES: usize = 8;
 
 /// Returns the means of a pulse signal with at most three levels, over its periods from the beginning of a pulse to the

@@ -44,7 +44,7 @@ pub enum Change {
 pub struct Since {
     /// The setting, with its values after and before the change.
     pub change: Change,
-    /// The likeliest first call with the new value, from 0, with its time in seconds.
+    /// The 0-based index of the likeliest first call with the new value, with its time in seconds.
     pub at: (usize, f64),
     /// The earliest call that may have been the first with the new value.
     pub earliest: (usize, f64),

@@ -192,7 +192,7 @@ impl Recording {
         has_rhythm.then(|| (0..self.rows).filter(|row| !is_call(*row)).collect())
     }
 
-    /// Returns the greatest common divisor of the numbers of rows between changes of the outputs.
+    /// Returns the greatest common divisor of the numbers of rows between changes in the outputs.
     pub(super) fn rhythm(&self) -> usize {
         let changed: Vec<usize> = (1..self.rows).filter(|row| self.changes(*row)).collect();
         changed.windows(2).map(|pair| pair[1] - pair[0]).fold(0, |a, b| {
@@ -237,8 +237,8 @@ impl Recording {
 
     /// While the recorded manipulated value is constant and the computed one moves by more than the last digits
     /// explain, the controller may have been in manual mode, unless the value looks like a limit: one of the loop, or
-    /// the lowest or highest recorded value. Assumes manual mode there and returns the times; there are none if the
-    /// mode was recorded or the value is never constant.
+    /// the lowest or highest recorded value. Assumes manual mode there and returns the times; empty if the mode
+    /// was recorded or the value is never constant.
     pub(super) fn take_for_manual(
         &mut self,
         block: &Block,
@@ -280,7 +280,7 @@ impl Recording {
         times
     }
 
-    /// Whether the manipulated value never exceeds, or never falls below, its value at `from` from then on, as at a
+    /// Whether the manipulated value never exceeds, or never falls below, its value at `from` after that, as at a
     /// limit.
     pub(super) fn stays_on_one_side(&self, block: &Block, from: f64) -> bool {
         let Some(output) = block.manipulated(self) else { return false };

@@ -215,7 +215,7 @@ impl<'a> Search<'a> {
         times.into_iter().map(|calls| calls as f64 * step).collect()
     }
 
-    /// Whether an output is a number, which responds to every change of a setting.
+    /// Whether an output is a number, which responds to every change to a setting.
     pub(super) fn has_numbers(&self) -> bool {
         self.comparison.recording.outputs.iter().any(|of| !of.is_boolean)
     }
@@ -355,7 +355,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Returns the sensitivity of the residuals to a setting: a change of the setting and its effect.
+    /// Returns the sensitivity of the residuals to a setting: a change to the setting and its effect.
     fn slope(&self, from: &Found, row: usize, here: &[f64]) -> Option<(f64, Vec<f64>)> {
         let own = self.value(&from.variant, row);
         let kind = self.comparison.block.table.rows[row].kind;

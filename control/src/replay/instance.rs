@@ -1,4 +1,4 @@
-//! A block that makes the calls of a recording.
+//! A block that is called as in a recording.
 
 use super::change::Change;
 use super::columns::Recording;
@@ -61,7 +61,7 @@ pub(super) struct Variant {
     pub(super) more_calls: usize,
 }
 
-/// Values of variables from a row on.
+/// Values of variables from a row onward.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Later {
     /// The first row in whose call they apply.
@@ -77,7 +77,7 @@ impl Variant {
         later.or_else(|| self.values.get(&row)).copied()
     }
 
-    /// Sets a variable: from the row of the change on if there is one, otherwise from the start.
+    /// Sets a variable: from the row of the change onward if there is one, otherwise from the start.
     pub(super) fn set(&mut self, row: usize, value: f64) {
         let values = self.later.as_mut().map_or(&mut self.values, |later| &mut later.values);
         values.insert(row, value);
@@ -385,7 +385,7 @@ pub(super) fn typed(kind: Kind, value: f64) -> Value {
     if kind == Kind::Bool { Value::Boolean(value != 0.0) } else { Value::Number(value) }
 }
 
-/// Returns the change of a setting from `before`, or from its value in the loop, to `value`.
+/// Returns the change to a setting from `before`, or from its value in the loop, to `value`.
 pub(super) fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> Change {
     let of = &block.table.rows[row];
     let own = before.copied().unwrap_or(block.settings[row]);

@@ -1,5 +1,5 @@
 //! A setting that was changed during the recording: the block reproduces the recording with one value up to a row, and
-//! with another from there on.
+//! with another from there onward.
 //!
 //! If the block agrees for a while, the value before the change is that of the loop. Otherwise, it is searched for in
 //! the first rows and accepted only if it explains more rows than those. The value after the change and the row of the
@@ -16,13 +16,13 @@ use super::suspects::{Diagnosis, Tried, fitting, is_wide, range_to_tell};
 use anyhow::Result;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The minimum number of rows before a change and from it on; fewer prove nothing.
+/// The minimum number of rows before a change and after it; fewer prove nothing.
 const FEWEST: usize = 8;
 
-/// The number of rows from the first difference on in which the value before the change is searched for.
+/// The number of rows, starting at the first difference, in which the value before the change is searched for.
 const BEFORE: usize = 40;
 
-/// The number of rows from the change on in which the value after the change is searched for.
+/// The number of rows, starting at the change, in which the value after the change is searched for.
 const AFTER: usize = 600;
 
 /// The maximum number of calls spent on each search.
@@ -157,7 +157,7 @@ impl<'a> Start<'a> {
         Ok(all)
     }
 
-    /// Returns the settings that may have another value from about the first difference on, closest first.
+    /// Returns the settings that may have another value from about the first difference onward, closest first.
     fn changed(&self) -> Result<Vec<Suspect>> {
         let (comparison, total) = (self.comparison, self.comparison.recording.rows);
         if self.first + FEWEST > total {
@@ -197,7 +197,7 @@ impl<'a> Start<'a> {
         tried.into_iter().map(|of| self.since(&diagnosis, &of.outcome, is_one)).collect()
     }
 
-    /// Creates the answer: a setting with another value from a row on.
+    /// Creates the answer: a setting with another value from a row onward.
     fn since(&self, diagnosis: &Diagnosis, outcome: &Outcome, is_one: bool) -> Result<Suspect> {
         let (block, recording) = (self.comparison.block, self.comparison.recording);
         let variant = outcome.variant.clone();

@@ -146,7 +146,7 @@ fn after(known: &[Change], changes: Vec<Change>) -> Vec<Change> {
     known.iter().cloned().chain(changes).collect()
 }
 
-/// Puts the changes of mode and time before other changes.
+/// Puts changes to the mode and the time before other changes.
 type Whole<'a> = &'a dyn Fn(Vec<Change>) -> Vec<Change>;
 
 pub(super) struct Diagnosis<'a> {
@@ -344,7 +344,7 @@ impl Diagnosis<'_> {
                     continue;
                 };
                 if rank(&outcome) < rank(&a.outcome) && rank(&outcome) < rank(&b.outcome) {
-                    // Both include the change of mode.
+                    // Both include the mode change.
                     let rest = b.changes.iter().filter(|change| !a.changes.contains(change));
                     let changes = a.changes.iter().chain(rest).cloned().collect();
                     let rows = a.rows.iter().chain(&b.rows).copied().collect();
@@ -550,7 +550,7 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
     None
 }
 
-/// Returns changes of the time between two calls that the recorded times indicate.
+/// Returns changes to the time between two calls that the recorded times indicate.
 fn time(comparison: &Comparison) -> Vec<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let mut tries = Tries { comparison, tries: Vec::new() };
@@ -613,7 +613,7 @@ fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option
     Ok(outcome.map(|outcome| (outcome, found)))
 }
 
-/// Returns all single changes of settings to try.
+/// Returns every change to a single setting to try.
 fn settings(comparison: &Comparison) -> Vec<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let mut tries = Tries { comparison, tries: Vec::new() };
@@ -646,7 +646,7 @@ struct Tries<'a> {
 }
 
 impl Tries<'_> {
-    /// Returns the row and present value of a variable; `None` if the block does not have it or the recording sets it.
+    /// Returns the row and current value of a variable; `None` if the block does not have it or the recording sets it.
     fn own(&self, row: Option<usize>) -> Option<(usize, f64)> {
         let row = row?;
         let is_recorded =
@@ -658,7 +658,7 @@ impl Tries<'_> {
         self.values(&[(row, value)], why);
     }
 
-    /// Adds a change of several values at once.
+    /// Adds a change to several values at once.
     fn values(&mut self, values: &[(Option<usize>, f64)], why: Option<Why>) {
         let mut variant = Variant::default();
         let mut changes = Vec::new();
@@ -713,7 +713,7 @@ fn limits(tries: &mut Tries) {
     }
 }
 
-/// Returns a change of the loop's limits that the recorded manipulated value exceeds: to its extreme if it stays there,
+/// Returns a change to the loop's limits that the recorded manipulated value exceeds: to its extreme if it stays there,
 /// otherwise to the block's start value if that is wide enough.
 fn exceeded(comparison: &Comparison) -> Option<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
