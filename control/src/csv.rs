@@ -50,7 +50,8 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// Formats the error with the file's name: `loops.csv:3:2: PUMP.SPEED: no number: complete the row, or remove it`.
+    /// Formats the error with the file's name: `loops.csv:3:2: PUMP.SPEED: missing number: complete the row, or remove
+    /// it`.
     pub fn in_file(&self, file: &str) -> String {
         let Fault { line, text, .. } = self;
         match &self.column {
@@ -440,11 +441,11 @@ impl<'a> Layout<'a> {
                 bail!(incomplete(line, found));
             }
             table.remarks.push(format!(
-                "Line {line}, the last one, has {found} values instead of {width}: it was cut off and is left out."
+                "Line {line}, the last one, has {found} values instead of {width}: it was cut off and is ignored."
             ));
         }
         if table.lines.is_empty() {
-            bail!("the file has a header but no rows of values: a row for each {} is needed", self.rows_are.noun());
+            bail!("the file has a header but no data rows: add a row for each {}", self.rows_are.noun());
         }
         if self.rows_are == RowsAre::Calls {
             clock::join(&mut columns);
@@ -464,7 +465,7 @@ impl<'a> Layout<'a> {
             table.columns.extend(column);
         }
         if table.columns.is_empty() {
-            bail!("the file has no column with numbers");
+            bail!("the file has no numeric column");
         }
         Ok(table)
     }
@@ -576,9 +577,7 @@ impl Cells {
         if let Some((line, text)) = &self.text {
             bail!(wrong(
                 *line,
-                format!(
-                    "{text:?} is neither a number nor TRUE or FALSE: write a number without a unit, or remove the row"
-                )
+                format!("{text:?} is not a number, TRUE or FALSE: write a number without a unit, or remove the row")
             ));
         }
         if let Some(row) = self.stamps.iter().position(|stamp| *stamp != clock::Stamp::default()) {
@@ -586,7 +585,7 @@ impl Cells {
             bail!(wrong(lines[row], text));
         }
         if let Some(row) = self.values.iter().position(|value| !value.is_finite()) {
-            bail!(wrong(lines[row], "no number: complete the row, or remove it".to_string()));
+            bail!(wrong(lines[row], "missing number: complete the row, or remove it".to_string()));
         }
         let column = self.column(number, header, &mut Vec::new())?;
         column.context("a column of numbers has them")
@@ -599,21 +598,16 @@ impl Cells {
             return Ok(None);
         }
         if self.texts > self.numbers + self.dates {
-            remarks.push(format!("The column {name} contains text and is left out."));
+            remarks.push(format!("Column {name} contains text and is ignored."));
             return Ok(None);
         }
         if let Some((line, text)) = self.text {
-            let text = format!(
-                "{text:?} is neither a number nor TRUE or FALSE nor a date; correct it, or leave the cell empty"
-            );
+            let text = format!("{text:?} is not a number, TRUE, FALSE or a date; correct it, or leave the cell empty");
             bail!(Fault { line, column: Some((number + 1, name)), text });
         }
         let is_clock = self.dates > 0;
         if is_clock && self.numbers > 0 {
-            bail!(
-                "column {} ({name}) has dates in some rows and numbers in others: write one or the other",
-                number + 1
-            );
+            bail!("column {} ({name}) has dates in some rows and numbers in others: use one or the other", number + 1);
         }
         if is_clock {
             self.values = clock::seconds(&self.stamps);

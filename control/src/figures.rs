@@ -425,7 +425,7 @@ impl<'a> Window<'a> {
         };
         let disturbed = disturbance.map(|(before, from)| {
             let before = before.iter().rev().find(|event| event.is_step());
-            let before = before.ok_or("no step precedes the disturbance to determine the width of the band");
+            let before = before.ok_or("the width of the band is unknown, since no step precedes the disturbance");
             let half = before.map_err(str::to_string).and_then(|event| Step::new(&signals, event, given));
             Disturbed::new(&signals, from[0].calls.clone(), half.map(|step| BAND * step.height.abs()))
         });

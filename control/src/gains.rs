@@ -174,7 +174,7 @@ impl Given<'_> {
     fn reset_time(&self, name: &str) -> Result<Option<f64>, String> {
         match self.find(name) {
             Some(time) if time <= 0.0 => {
-                Err(format!("{name} = {time} is not above 0 s: leave {name} out if there is no I action"))
+                Err(format!("{name} = {time} is not above 0 s: omit {name} if there is no I action"))
             }
             time => Ok(time),
         }
@@ -183,7 +183,7 @@ impl Given<'_> {
     /// Returns a time that may be 0, which is also the default.
     fn time(&self, name: &str) -> Result<f64, String> {
         match self.find(name) {
-            Some(time) if time < 0.0 => Err(format!("{name} = {time} is negative: a time is 0 s or longer")),
+            Some(time) if time < 0.0 => Err(format!("{name} = {time} is negative: a time must be 0 s or longer")),
             time => Ok(time.unwrap_or(0.0)),
         }
     }
@@ -191,7 +191,7 @@ impl Given<'_> {
     /// Returns N or another divisor.
     fn divisor(&self, name: &str) -> Result<Option<f64>, String> {
         match self.find(name) {
-            Some(divisor) if divisor <= 0.0 => Err(format!("{name} = {divisor} is not above 0")),
+            Some(divisor) if divisor <= 0.0 => Err(format!("{name} = {divisor}: it must be above 0")),
             divisor => Ok(divisor),
         }
     }
@@ -201,7 +201,7 @@ impl Given<'_> {
         match (self.divisor("N")?, self.find("Tf")) {
             (Some(_), Some(_)) => Err("N and Tf are alternatives: specify only one of them".into()),
             (Some(n), None) if derivative_time.is_finite() => Ok(derivative_time / n),
-            (Some(_), None) => Err("N is relative to Kd / Kp, and Kp is 0: specify Tf instead".into()),
+            (Some(_), None) => Err("N is relative to Kd / Kp, but Kp is 0: specify Tf instead".into()),
             (None, _) => self.time("Tf"),
         }
     }
@@ -233,7 +233,7 @@ impl Controller {
     pub fn new(form: Form, values: &[(String, f64)]) -> Result<Controller, String> {
         for (place, (name, value)) in values.iter().enumerate() {
             if !form.names().iter().any(|own| own.eq_ignore_ascii_case(name)) {
-                return Err(format!("{} has no {name}: its numbers are {}", form.name(), form.names().join(", ")));
+                return Err(format!("{} has no {name}: its parameters are {}", form.name(), form.names().join(", ")));
             }
             if values[..place].iter().any(|(other, _)| other.eq_ignore_ascii_case(name)) {
                 return Err(format!("{name} is given twice"));
@@ -330,7 +330,7 @@ impl Controller {
         let is_filtered = derivative != 0.0 && lag > 0.0;
         if derivative != 0.0 && lag == 0.0 && matches!(form, Form::Simulink | Form::SimulinkIdeal) {
             return Err(
-                "the D action has no filter, and Simulink's always has one: specify a filter time above 0 s".into()
+                "the D action has no filter, but Simulink's always has one: specify a filter time above 0 s".into()
             );
         }
         // The numbers of an action that is off are meaningless.
@@ -390,10 +390,7 @@ impl Controller {
             ],
             Form::Codesys => {
                 if is_filtered {
-                    return Err(format!(
-                        "the D action has a filter of {} s, and the PID of CODESYS has none",
-                        shown(lag)
-                    ));
+                    return Err(format!("the D action has a filter of {} s, but the CODESYS PID has none", shown(lag)));
                 }
                 vec![some("KP", Some(gain)), some("TN", reset_time), some("TV", derivative_time)]
             }
@@ -461,7 +458,7 @@ impl Controller {
         }
         if settings.derivative.is_some_and(|(_, tm_lag)| tm_lag == Time::ZERO) {
             remarks.push(
-                "the D action has no filter: TM_LAG = 0 s is below CYCLE / 2, with which the block computes".into(),
+                "the D action has no filter: TM_LAG = 0 s is below CYCLE / 2, so the block uses CYCLE / 2".into(),
             );
         }
         if !settings.p_sel {
@@ -543,13 +540,13 @@ fn plc(given: &Given) -> Result<Controller, String> {
     if !given.switch("I_SEL", reset_time.is_some())? {
         reset_time = None;
     } else if reset_time.is_none() {
-        return Err("I_SEL is TRUE and TI is missing".into());
+        return Err("I_SEL is TRUE, but TI is missing".into());
     }
     let mut derivative_time = given.time("TD")?;
     if !given.switch("D_SEL", derivative_time > 0.0)? {
         derivative_time = 0.0;
     } else if derivative_time == 0.0 {
-        return Err("D_SEL is TRUE and TD is missing or 0".into());
+        return Err("D_SEL is TRUE, but TD is missing or 0".into());
     }
     let controller = ideal(given.gain("GAIN")?, reset_time, derivative_time, given.time("TM_LAG")?);
     let proportional = if given.switch("P_SEL", true)? { controller.proportional } else { 0.0 };

@@ -175,7 +175,7 @@ pub fn identify(recorded: &Recorded, method: Method, is_integrating: bool) -> Re
         (Method::LeastSquares, false) => least_squares::lags(&step)?,
         (Method::Tangent, true) => methods::integrating_tangent(&step)?,
         (_, true) => {
-            bail!("{} needs a response that settles, but the plant integrates: use least squares", name(method))
+            bail!("{} needs a response that settles, but the plant is integrating: use least squares", name(method))
         }
         (_, false) => {
             step.require_end(name(method))?;
@@ -289,8 +289,8 @@ pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
 fn name(method: Method) -> &'static str {
     match method {
         Method::Tangent => "the tangent",
-        Method::TwoPoints => "the method of two points",
-        Method::Area => "the method of areas",
+        Method::TwoPoints => "the two-point method",
+        Method::Area => "the area method",
         Method::LeastSquares => "least squares",
     }
 }
@@ -322,9 +322,9 @@ fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
     let fit = 100.0 * (1.0 - error(step, &modelled));
     if fit < LOWEST_FIT || fit.is_nan() {
         let other = match (method, is_integrating) {
-            (_, true) => "the plant may not integrate, or the record contains more than one step",
-            (Method::LeastSquares, false) => "the plant may integrate, or the record contains more than one step",
-            _ => "use least squares, or record a step of a plant at rest",
+            (_, true) => "the plant may not be integrating, or the record contains more than one step",
+            (Method::LeastSquares, false) => "the plant may be integrating, or the record contains more than one step",
+            _ => "use least squares, or record a step from steady state",
         };
         bail!(
             "the model fits by only {fit:.1} %; at least {LOWEST_FIT} % is required (gain {gain:.4}, time constant \

@@ -472,9 +472,9 @@ fn explained(comparison: &Comparison, has_to_explain: bool) -> Result<(compare::
 fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<String> {
     match variant.beginning {
         Beginning::Restart if recording.says_restart => None,
-        Beginning::Restart => Some("The first row is taken as the restart, because the rest then fits best.".into()),
+        Beginning::Restart => Some("The first row is taken as the restart: the other rows then fit best.".into()),
         Beginning::Fresh => {
-            Some("The first row is taken as the first call after a restart, because the rest then fits best.".into())
+            Some("The first row is taken as the first call after a restart: the other rows then fit best.".into())
         }
         Beginning::Held => {
             let manipulated = block.roles.manipulated_value.as_deref().unwrap_or("the manipulated value");
@@ -494,7 +494,8 @@ fn unknown_stops(block: &Block, recording: &Recording) -> Option<String> {
     let (are, them) = if unknown.len() == 1 { ("is", "it") } else { ("are", "them") };
     (!unknown.is_empty()).then(|| {
         format!(
-            "{} {are} not in the recording and {are} replayed as in the loop. If the actuator was at a stop, record {them}.",
+            "{} {are} not in the recording and {are} replayed as set in the loop. If the actuator was at a stop, \
+             record {them}.",
             unknown.join(" and ")
         )
     })

@@ -130,7 +130,7 @@ impl Model {
         }
         if is_integrating && time_constant > 0.0 {
             bail!(
-                "the plant integrates and has a time constant of {time_constant} s: enter it as the second time \
+                "the plant is integrating, but has a time constant of {time_constant} s: enter it as the second time \
                  constant, and 0 as the time constant"
             );
         }
@@ -214,7 +214,7 @@ fn by_slope(rule: Rule, structure: Structure, model: &Model) -> Result<Settings>
     let (t, l) = (model.time_constant, model.dead_time);
     let is_for_setpoint = matches!(rule, Rule::ChrSetpoint0 | Rule::ChrSetpoint20);
     if model.is_integrating && is_for_setpoint {
-        bail!("{} needs a time constant, and the plant integrates: use SIMC or AMIGO", name(rule));
+        bail!("{} needs a time constant, but the plant is integrating: use SIMC or AMIGO", name(rule));
     }
     if !model.is_integrating && t == 0.0 {
         bail!("{} divides by the time constant, which is 0: use AMIGO with PI", name(rule));
@@ -265,7 +265,7 @@ fn simc(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result
         }
         if t == 0.0 {
             bail!(
-                "SIMC yields pure I action for a plant without a lag, and GAIN multiplies all actions: use AMIGO with \
+                "SIMC yields pure I action for a plant without a lag, but GAIN multiplies all actions: use AMIGO with \
                  PI"
             );
         }
@@ -280,7 +280,7 @@ fn simc(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result
                 if model.is_integrating { (0.0, lags[1]) } else { (lags[0].max(lags[1]), lags[0].min(lags[1])) };
             if fast == 0.0 {
                 bail!(
-                    "SIMC uses D action only for a second lag, and the model has none: use SIMC with PI, or AMIGO with \
+                    "SIMC uses D action only for a second lag, but the model has none: use SIMC with PI, or AMIGO with \
                      PID"
                 );
             }
@@ -336,7 +336,7 @@ fn lambda(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Resu
     }
     if t == 0.0 {
         bail!(
-            "lambda yields pure I action for a plant without a lag, and GAIN multiplies all actions: use AMIGO with PI"
+            "lambda yields pure I action for a plant without a lag, but GAIN multiplies all actions: use AMIGO with PI"
         );
     }
     Ok(ideal(t / (k * (lambda + l)), Some(t), None))

@@ -384,7 +384,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     let added = controller.delay_of_calls();
     let model = Model { dead_time: request.model.dead_time + added, ..request.model };
     let has_period = controller.own_period().is_some_and(|period| period > 0.0);
-    let what = if has_period { "half of CYCLE and half of the pulses' period" } else { "half of CYCLE" };
+    let what = if has_period { "half of CYCLE and half of the pulse period" } else { "half of CYCLE" };
     if added > request.model.dead_time {
         remarks.push(format!(
             "Sampling adds more delay than the plant's dead time: {what} add {} s to {} s. Shorter times allow a \
@@ -395,7 +395,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     }
     remarks.extend(half_rule(request, &model, what));
     if let Some(pace) = request.pace.filter(|pace| !(0.0..=1.0).contains(pace)) {
-        bail!("the pace is {pace}: it must be between 0, calm, and 1, fast");
+        bail!("the pace is {pace}: it must be between 0 (calm) and 1 (fast)");
     }
     let usual = rules::closed_loop(request.rule, &model);
     let paced = || request.pace.map(|pace| rules::paced(pace, &model));
@@ -496,7 +496,7 @@ pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
     heating.check().context("heating")?;
     cooling.check().context("cooling")?;
     if heating.is_integrating != cooling.is_integrating {
-        bail!("one of the two plants integrates and the other does not: identify both in the same way");
+        bail!("one of the two plants is integrating, but the other is not: identify both in the same way");
     }
     let ratio = rounded((heating.gain / cooling.gain).abs(), DIGITS);
     let mut remarks = Vec::new();
@@ -543,7 +543,7 @@ fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<Strin
     let time = |place: usize, time: f64, lowest: f64, remarks: &mut Vec<String>| {
         let Some(name) = controller.roles.controller.get(place) else { return Ok(time) };
         if time > LONGEST {
-            bail!("{name} would be {time:.0} s, and the longest TIME is {LONGEST} s: choose a faster closed loop");
+            bail!("{name} would be {time:.0} s, but the longest TIME is {LONGEST} s: choose a faster closed loop");
         }
         let whole = (rounded(time, DIGITS) * 1000.0).round() / 1000.0;
         if whole >= lowest {
@@ -653,7 +653,7 @@ fn looseness(controller: &Controller, request: &TuneRequest, predicted: &Predict
     (width > 0.0 && reach > band).then(|| {
         format!(
             "{name} = {}{} is wider than the band of {} on either side of the setpoint in which this step counts as \
-             settled: the process value can stay anywhere in it, and a run settles earlier or later than predicted. A \
+             settled: the process value can stay anywhere in it, so a run may settle earlier or later than predicted. A \
              step of more than {} shows the settling time.",
             short(width),
             if pulse > 0.0 { half_a_pulse() } else { String::new() },

@@ -122,7 +122,7 @@ fn of_csv(shown: &str, text: &str) -> Result<Given> {
         value if value.is_finite() && column.is_boolean => Ok(Value::Boolean(value != 0.0)),
         value if value.is_finite() => Ok(Value::Number(value)),
         _ => Err(anyhow!(
-            "{shown}:{}:{}: {}: no number: complete the row, or remove it",
+            "{shown}:{}:{}: {}: missing number: complete the row, or remove it",
             table.lines[row],
             column.number,
             column.name

@@ -70,18 +70,18 @@ fn a_column_of_a_variable_has_a_number_for_each_loop() {
     for (text, expected) in [
         (
             "tag,P.RISE\nTIC1,300 K\nTIC2,310 K\n",
-            "loops.csv:2:2: P.RISE: \"300 K\" is neither a number nor TRUE or FALSE: write a number without a unit, or remove the \
+            "loops.csv:2:2: P.RISE: \"300 K\" is not a number, TRUE or FALSE: write a number without a unit, or remove the \
              row",
         ),
         (
             "tag,P.RISE\nTIC1,300\nTIC2,x\n",
-            "loops.csv:3:2: P.RISE: \"x\" is neither a number nor TRUE or FALSE: write a number without a unit, or remove the row",
+            "loops.csv:3:2: P.RISE: \"x\" is not a number, TRUE or FALSE: write a number without a unit, or remove the row",
         ),
-        ("tag,P.RISE\nTIC1,\nTIC2,\n", "loops.csv:2:2: P.RISE: no number: complete the row, or remove it"),
-        ("P.GAIN,P.TI\n1,2\n,4\n", "loops.csv:3:1: P.GAIN: no number: complete the row, or remove it"),
+        ("tag,P.RISE\nTIC1,\nTIC2,\n", "loops.csv:2:2: P.RISE: missing number: complete the row, or remove it"),
+        ("P.GAIN,P.TI\n1,2\n,4\n", "loops.csv:3:1: P.GAIN: missing number: complete the row, or remove it"),
         (
             "tag,P.RISE\nTIC1,x\nTIC2,300\n",
-            "loops.csv:2:2: P.RISE: \"x\" is neither a number nor TRUE or FALSE: write a number without a unit, or remove the row",
+            "loops.csv:2:2: P.RISE: \"x\" is not a number, TRUE or FALSE: write a number without a unit, or remove the row",
         ),
         (
             "tag,P.RISE\nTIC1,12:30\n",
@@ -96,7 +96,7 @@ fn a_column_of_a_variable_has_a_number_for_each_loop() {
     }
     assert_eq!(
         format!("{:#}", CsvTable::of_loops("P.GAIN\n").unwrap_err()),
-        "the file has a header but no rows of values: a row for each loop is needed"
+        "the file has a header but no data rows: add a row for each loop"
     );
 }
 
@@ -175,7 +175,7 @@ fn the_resolution_is_half_of_the_last_written_digit() {
 fn errors_name_line_and_column() {
     assert_eq!(
         error("time,PV\n0,1\n1,2\n2,12a\n"),
-        "line 4, column 2 (PV): \"12a\" is neither a number nor TRUE or FALSE nor a date; correct it, or leave the cell empty"
+        "line 4, column 2 (PV): \"12a\" is not a number, TRUE, FALSE or a date; correct it, or leave the cell empty"
     );
     assert!(error("time,PV\n0,1\n1,2,5\n2,3\n").starts_with("line 3 has 3 values, but the header has 2 columns"));
     assert!(error("time,PV,SP\n0,1,2\n1,2\n2,3,4\n").starts_with("line 3 has 2 values, but the header has 3 columns"));
@@ -186,7 +186,7 @@ fn errors_name_line_and_column() {
     assert_eq!(read("time,PV\n0,1\n1,2\n\u{1a}").rows(), 2);
     assert!(error("").contains("empty"));
     assert!(error("# only a comment").contains("no rows"));
-    assert!(error("time,PV\n").contains("no rows of values"));
+    assert!(error("time,PV\n").contains("no data rows"));
     let back = read("time,PV\n0,1\n2,1\n1,1\n");
     assert!(format!("{:#}", back.times(0).unwrap_err()).starts_with("line 4, column time: the time decreases"));
     assert!(format!("{:#}", back.column("PW").unwrap_err()).contains("did you mean PV?"));
@@ -223,7 +223,7 @@ fn columns_of_texts_and_lines_above_the_header_are_left_out() {
     let table = read("Trend export\nLine 3\ntime;PV;quality;\n0;1;Good;\n1;2;Good;\n2;2;Bad;\n");
     let names: Vec<_> = table.columns.iter().map(|column| column.name.as_str()).collect();
     assert_eq!(names, ["time", "PV"]);
-    assert_eq!(table.remarks, ["The column quality contains text and is left out."]);
+    assert_eq!(table.remarks, ["Column quality contains text and is ignored."]);
     assert_eq!(table.lines, [4, 5, 6]);
     assert_eq!(
         error("Trend export\n0;1\n1;2\n"),

@@ -139,7 +139,7 @@ fn the_plc_rounds_gains_to_reals_and_times_to_milliseconds() {
         remarks,
         [
             "TD = 0.909090909091 s becomes 0.909 s: a TIME is a whole number of milliseconds",
-            "the D action has no filter: TM_LAG = 0 s is below CYCLE / 2, with which the block computes"
+            "the D action has no filter: TM_LAG = 0 s is below CYCLE / 2, so the block uses CYCLE / 2"
         ]
     );
 }
@@ -189,13 +189,13 @@ fn what_no_block_computes_is_refused_with_its_reason() {
     );
     assert_eq!(
         refused(Form::Ideal, &[("Kp", 2.0), ("Ti", 0.0)]),
-        "Ti = 0 is not above 0 s: leave Ti out if there is no I action"
+        "Ti = 0 is not above 0 s: omit Ti if there is no I action"
     );
-    assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("Td", -1.0)]), "Td = -1 is negative: a time is 0 s or longer");
-    assert_eq!(refused(Form::Ideal, &[("K", 1.0)]), "ideal has no K: its numbers are Kp, Ti, Td, N, Tf");
+    assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("Td", -1.0)]), "Td = -1 is negative: a time must be 0 s or longer");
+    assert_eq!(refused(Form::Ideal, &[("K", 1.0)]), "ideal has no K: its parameters are Kp, Ti, Td, N, Tf");
     assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("KP", 1.0)]), "KP is given twice");
     assert_eq!(refused(Form::Ideal, &[("Kp", f64::NAN)]), "Kp = NaN is not a finite number");
-    assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("Td", 1.0), ("N", 0.0)]), "N = 0 is not above 0");
+    assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("Td", 1.0), ("N", 0.0)]), "N = 0: it must be above 0");
     assert_eq!(
         refused(Form::Ideal, &[("Kp", 1.0), ("Td", 1.0), ("N", 5.0), ("Tf", 0.2)]),
         "N and Tf are alternatives: specify only one of them"
@@ -204,7 +204,7 @@ fn what_no_block_computes_is_refused_with_its_reason() {
     assert!(refused(Form::Simulink, &[("P", 1.0), ("D", 1.0)]).starts_with("N is missing"));
     let series = refused(Form::Series, &[("Kp", 1.0), ("Ti", 1.0), ("Td", 4.0), ("N", 2.0)]);
     assert!(series.starts_with("the filter of 2 s is not faster than Ti = 1 s"), "{series}");
-    assert_eq!(refused(Form::Plc, &[("GAIN", 1.0), ("I_SEL", 1.0)]), "I_SEL is TRUE and TI is missing");
+    assert_eq!(refused(Form::Plc, &[("GAIN", 1.0), ("I_SEL", 1.0)]), "I_SEL is TRUE, but TI is missing");
     assert_eq!(refused(Form::Plc, &[("GAIN", 1.0), ("P_SEL", 0.5)]), "P_SEL = 0.5 is neither FALSE nor TRUE");
 }
 

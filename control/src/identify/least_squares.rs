@@ -41,7 +41,8 @@ fn lag(samples: &Samples, step: &Step) -> Result<Model> {
         |dead_time: f64| samples.solve(step, dead_time).map_or(f64::INFINITY, |model| samples.error(step, &model));
     let dead_time = search(longest, missed);
     let model = samples.solve(step, dead_time).context(
-        "no lag with dead time fits this record: the plant may integrate, or the record contains more than one step",
+        "no lag with dead time fits this record: the plant may be integrating, or the record contains more than \
+         one step",
     )?;
     Ok(improved(samples.compared(step), Shape::Lag, model))
 }

@@ -70,7 +70,7 @@ impl Step {
         let duration = times[times.len() - 1] - start;
         if times.len() - found.first < FEWEST {
             bail!(
-                "only {} samples follow the step of the manipulated value at {} s: record at least {FEWEST}",
+                "only {} samples follow the step in the manipulated value at {} s: record at least {FEWEST}",
                 times.len() - found.first,
                 short(start)
             );
@@ -102,7 +102,7 @@ impl Step {
         step.require_room()?;
         if found.first - begin < 2 {
             step.remarks.push(
-                "Almost nothing is recorded before the step: the process value is assumed to have been at rest.".into(),
+                "Almost nothing is recorded before the step: the process value is assumed to have been steady.".into(),
             );
         }
         Ok(step)
@@ -229,7 +229,7 @@ impl Step {
         let count = resolution(output);
         if largest.abs() < COUNTS * count {
             bail!(
-                "the process value has moved by {:.4}, which is only {:.0} times its smallest change of {count:.4}: \
+                "the process value has moved by {:.4}, only {:.0} times its smallest change of {count:.4}: \
                  make a step at least {:.0} times as large",
                 largest.abs(),
                 largest.abs() / count,
@@ -265,7 +265,7 @@ impl Step {
             if (drift * whole).abs() > (answer - drift * whole).abs() {
                 bail!(
                     "the process value drifts by {drift:.4} per second, which over the record exceeds the response to \
-                     the step: wait until it is at rest, or make a larger step"
+                     the step: wait until it is steady, or make a larger step"
                 );
             }
             self.take_off(resting);
@@ -275,13 +275,13 @@ impl Step {
             ));
         } else if left.abs() > AT_REST && !goes_on {
             bail!(
-                "the process value was not at rest before the step: it moved by {drift:.4} per second, which is {:.0} \
-                 % of the response over the duration of the response: wait until it is at rest, then make the step",
+                "the process value was not steady before the step: it moved by {drift:.4} per second, which is {:.0} \
+                 % of the response over the duration of the response: wait until it is steady, then make the step",
                 left.abs() * 100.0
             );
         } else if left.abs() > AT_REST / 5.0 {
             self.remarks.push(format!(
-                "The process value was not quite at rest before the step: it moved by {drift:.4} per second."
+                "The process value was not quite steady before the step: it moved by {drift:.4} per second."
             ));
         }
         Ok(())
@@ -440,7 +440,7 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     if times[last] - start > 0.1 * (end - start) {
         bail!(
             "no step found: the manipulated value moves from {} s to {} s, and the record ends at {} s; change it \
-             once in manual mode, and record until the process value is at rest again",
+             once in manual mode, and record until the process value is steady again",
             short(start),
             short(times[last]),
             short(end)

@@ -559,8 +559,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let is_of_loop = !has_names || is_own(&of.name) || ends(&of.name).count() == 1;
         match variable_of(block, &of.name).filter(|_| is_of_loop) {
             Some(row) if pairs.iter().any(|(_, other)| *other == row) => {
-                remarks
-                    .push(format!("{} occurs twice; the column {} is not used.", block.table.rows[row].name, of.name));
+                remarks.push(format!("{} occurs twice; column {} is ignored.", block.table.rows[row].name, of.name));
             }
             Some(row) => pairs.push((column, row)),
             None => left.push(column),
@@ -601,7 +600,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let list = unused.iter().take(8).copied().collect::<Vec<_>>().join(", ");
         let more = if unused.len() > 8 { format!(" and {} more", unused.len() - 8) } else { String::new() };
         let are = if unused.len() == 1 { "is not a variable" } else { "are not variables" };
-        remarks.push(format!("{list}{more} {are} of {} and not used.", block.table.name));
+        remarks.push(format!("{list}{more} {are} of {}: ignored.", block.table.name));
     }
     pairs
 }

@@ -95,7 +95,7 @@ fn a_setting_of_another_member_is_none_of_the_loop_and_one_that_changes_counts_a
     let mut in_force = request(text);
     in_force.controller = member(&[("HIGH", 10.0)]);
     assert_eq!(run(&in_force).moving, []);
-    assert!(says(&replayed, "PLANT.GAIN is not a variable of PID and not used."), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "PLANT.GAIN is not a variable of PID: ignored."), "{:?}", replayed.remarks);
 }
 
 #[test]

@@ -140,7 +140,7 @@ fn a_rule_without_a_formula_names_one_that_has() {
             Rule::ChrSetpoint0,
             Pi,
             &integrator,
-            "CHR (setpoint, 0 %) needs a time constant, and the plant integrates: use SIMC or AMIGO",
+            "CHR (setpoint, 0 %) needs a time constant, but the plant is integrating: use SIMC or AMIGO",
         ),
         (Rule::Simc, P, &first_order, "SIMC has no P controller: use Ziegler-Nichols (step) or CHR, or SIMC with PI"),
         (
@@ -153,7 +153,7 @@ fn a_rule_without_a_formula_names_one_that_has() {
             Rule::Simc,
             Pid,
             &first_order,
-            "SIMC uses D action only for a second lag, and the model has none: use SIMC with PI, or AMIGO with PID",
+            "SIMC uses D action only for a second lag, but the model has none: use SIMC with PI, or AMIGO with PID",
         ),
         (
             Rule::ZieglerNicholsStep,

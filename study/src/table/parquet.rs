@@ -52,7 +52,7 @@ fn value(field: &Field) -> Result<Value> {
         Field::ULong(value) => *value as f64,
         Field::Float(value) => f64::from(*value),
         Field::Double(value) => *value,
-        Field::Null => bail!("no number: complete the row, or remove it"),
+        Field::Null => bail!("missing number: complete the row, or remove it"),
         other => bail!(
             "{other} is neither a number nor true or false: write the column as DOUBLE, FLOAT, INT32, INT64 or BOOLEAN, numbers \
              without a unit"
@@ -67,7 +67,7 @@ fn name(field: &Field) -> Result<String> {
     match field {
         Field::Str(text) => Ok(text.clone()),
         Field::Bytes(bytes) => Ok(bytes.as_utf8().context("the name is not UTF-8 text: correct it")?.to_string()),
-        Field::Null => bail!("no name: complete the row, or remove it"),
+        Field::Null => bail!("missing name: complete the row, or remove it"),
         other => bail!("{other} is not a string: write loop names as strings (BYTE_ARRAY)"),
     }
 }

@@ -14,7 +14,7 @@ fn a_csv_file_has_a_row_for_each_loop_with_its_name() {
     let of = rows("loop;P.GAIN;P.ON;note\nTIC1;0,5;TRUE;a\nTIC2;2;FALSE;b\n").unwrap();
     assert_eq!(of.axis.names, ["TIC1", "TIC2"]);
     assert_eq!(of.axis.variables, ["P.GAIN", "P.ON"]);
-    assert_eq!(of.remarks, ["The column note contains text and is left out."]);
+    assert_eq!(of.remarks, ["Column note contains text and is ignored."]);
     let row = |gain, on| vec![Value::Number(gain), Value::Boolean(on)];
     assert_eq!(of.axis.along, Along::Rows(vec![row(0.5, true), row(2.0, false)]));
     assert!(rows("P.GAIN,P.TI\n1,2\n3,4\n").unwrap().axis.names.is_empty());
@@ -26,7 +26,10 @@ fn a_table_without_variables_or_with_a_gap_is_refused() {
         error("GAIN,TI\n1,2\n"),
         "loops.csv: no column is a variable: name columns FMU.VARIABLE, such as PUMP.SPEED"
     );
-    assert_eq!(error("P.GAIN,P.TI\n1,2\n,4\n"), "loops.csv:3:1: P.GAIN: no number: complete the row, or remove it");
+    assert_eq!(
+        error("P.GAIN,P.TI\n1,2\n,4\n"),
+        "loops.csv:3:1: P.GAIN: missing number: complete the row, or remove it"
+    );
     assert_eq!(
         error("P.GAIN,P.TI,P.GAIN\n1,2,3\n"),
         "loops.csv: the columns 1 and 3 are both P.GAIN: remove one of them"
@@ -37,7 +40,7 @@ fn a_table_without_variables_or_with_a_gap_is_refused() {
 fn a_variable_whose_values_have_units_is_refused_and_not_left_out() {
     assert_eq!(
         error("loop,HEATER.RISE,HEATER.FURN_TM\nA,300 K,60\nB,310 K,70\n"),
-        "loops.csv:2:2: HEATER.RISE: \"300 K\" is neither a number nor TRUE or FALSE: write a number without a unit, or remove the row"
+        "loops.csv:2:2: HEATER.RISE: \"300 K\" is not a number, TRUE or FALSE: write a number without a unit, or remove the row"
     );
 }
 
@@ -134,7 +137,7 @@ fn a_parquet_file_has_the_rows_of_the_csv() {
     let csv = "tag,P.GAIN,P.TI,P.N,P.M,P.ON,price\nTIC1,0.1,20.5,-3,5,TRUE,9\nTIC2,2.5,30,4,6,FALSE,9\n";
     assert_eq!(of().unwrap().axis, rows(csv).unwrap().axis);
     parquet_file(&path, &["TIC1", "TIC2"], &[1, 0]);
-    assert_eq!(of().unwrap_err(), ": row 2, column P.GAIN: no number: complete the row, or remove it");
+    assert_eq!(of().unwrap_err(), ": row 2, column P.GAIN: missing number: complete the row, or remove it");
     parquet_file(&path, &["TIC1", "TIC1"], &[1, 1]);
     let twice = of().unwrap_err();
     assert!(twice.starts_with(": row 2: \"TIC1\" is the name of the loop at "), "{twice}");

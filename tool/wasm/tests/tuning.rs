@@ -150,7 +150,7 @@ fn what_is_no_controller_cannot_be_tuned() {
         assert_eq!(of("CONT_S", structure, &[]), "CONT_S is a step controller, which has PI only: use PI");
     }
     let slow = with("CONT_C", Rule::ChrSetpoint0, Structure::Pi, lag(1.0, 1e8, 1.0), &[]);
-    assert!(self::error(&slow).starts_with("TI would be 120000000 s, and the longest TIME is 2147483.647 s"));
+    assert!(self::error(&slow).starts_with("TI would be 120000000 s, but the longest TIME is 2147483.647 s"));
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn a_dead_band_beyond_the_band_of_the_settling_time_is_told() {
     let expected = |what: &str, least: f64| {
         Some(format!(
             "{what} is wider than the band of 0.2 on either side of the setpoint in which this step counts as settled: \
-             the process value can stay anywhere in it, and a run settles earlier or later than predicted. A step of \
+             the process value can stay anywhere in it, so a run may settle earlier or later than predicted. A step of \
              more than {least} shows the settling time."
         ))
     };
@@ -380,7 +380,7 @@ fn a_pace_is_a_closed_loop_between_calm_and_fast() {
         assert!((is - expected).abs() < 1e-9, "{is}");
     }
     request.pace = Some(2.0);
-    assert_eq!(error(&request), "the pace is 2: it must be between 0, calm, and 1, fast");
+    assert_eq!(error(&request), "the pace is 2: it must be between 0 (calm) and 1 (fast)");
 }
 
 #[test]
