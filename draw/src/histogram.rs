@@ -126,7 +126,7 @@ mod tests {
         // Quartiles 24.5 and 74.5, to the next value 25 and 74: 2 * 49 / 100^(1/3) = 21.1.
         let values: Vec<f64> = (0..100).map(f64::from).collect();
         assert_eq!(Bars::new(&values), Some(Bars { width: 50.0, shift: -0.5 }));
-        // An outlier does not make thousands of bars.
+        // An outlier must not result in thousands of bars.
         let outlier: Vec<f64> = values.iter().copied().chain([1e6]).collect();
         assert_eq!(Bars::new(&outlier).unwrap().width, 20_000.0);
         assert_eq!(Bars::new(&[1.0, 1.0, 2.0, 2.0, 3.0]), Some(Bars { width: 1.0, shift: -0.5 }));

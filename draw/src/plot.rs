@@ -42,7 +42,7 @@ const COLORS: [&str; 7] = [
     palette::INK,
 ];
 
-/// The number of colours; further curves reuse them with dotted lines.
+/// The number of colours; additional curves reuse them with dotted lines.
 pub const COLOR_COUNT: usize = COLORS.len();
 
 /// The class names with which a page's style sheet can change the colours.
@@ -116,7 +116,7 @@ pub struct Band {
     pub low: Vec<f64>,
     /// The upper bound at each point.
     pub high: Vec<f64>,
-    /// The index of its colour, from 0.
+    /// The 0-based index of its colour.
     pub color: usize,
 }
 
@@ -129,7 +129,7 @@ pub struct Curve {
     pub values: Vec<f64>,
     /// Whether it is an input, which is drawn as a dashed line.
     pub is_input: bool,
-    /// The index of its colour, from 0, if curves share one; by default, the next colour.
+    /// The 0-based index of its colour, if curves share one; by default, the next colour.
     pub color: Option<usize>,
 }
 

@@ -268,7 +268,7 @@ mod tests {
         };
         assert_eq!(labels(&[0, 1, 2]), ["TEMP in degC", "LMN", "GAIN"]);
         assert_eq!(labels(&[0, 4, 1, 3]), ["degC", "LMN, A_LONG_NAME_OF_A_SIGNAL"]);
-        // The signals of a controller have the unit that its start values make of them, its settings have not.
+        // A controller's signals have the unit derived from its start values, but its settings have none.
         let table = Table { drawn_unit: Some("%".into()), ..table.clone() };
         let calls = vec![vec![0.0; 3]; 2];
         let recording = Recording { cycle: 100, shown: vec![0, 1, 2], restart: calls[0].clone(), calls };

@@ -30,7 +30,7 @@ const POINT: f64 = 0.01;
 /// The maximum number of values along an axis that a grid uses as ticks.
 const MOST_TICKS: usize = 8;
 
-/// The colours from best to worst, from blue to vermilion, which people with colour vision deficiency can distinguish.
+/// The colours from best to worst, from blue to vermilion, distinguishable with colour vision deficiency.
 const LEVELS: [&str; 7] = [
     palette::PROCESS_VALUE,
     palette::color("level-2"),

@@ -77,9 +77,9 @@ pub struct Written {
 pub enum Force {
     /// Once, now.
     Once(f64),
-    /// Before and after each step from now on.
+    /// From now on, before and after each step.
     Always(f64),
-    /// Not any more.
+    /// No longer.
     Release,
 }
 
@@ -88,27 +88,27 @@ pub trait Component {
     /// Sets the start of the simulation in seconds, and its end if known.
     ///
     /// # Errors
-    /// The FMU refuses, as with all other functions.
+    /// The FMU rejects the call, as with all other functions.
     fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()>;
     /// Enters Initialization Mode.
     ///
     /// # Errors
-    /// The FMU refuses.
+    /// The FMU rejects the call.
     fn enter_initialization(&mut self) -> Result<()>;
     /// Exits Initialization Mode.
     ///
     /// # Errors
-    /// The FMU refuses.
+    /// The FMU rejects the call.
     fn exit_initialization(&mut self) -> Result<()>;
     /// Reads variables of one type as cells (see [`Type::cell`]); true is 1.
     ///
     /// # Errors
-    /// The FMU refuses.
+    /// The FMU rejects the call.
     fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()>;
     /// Writes variables of one type from cells (see [`Type::cell`]); true is 1.
     ///
     /// # Errors
-    /// The FMU refuses.
+    /// The FMU rejects the call.
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()>;
     /// Overwrites a variable of any kind, which the interface of an FMU does not allow.
     ///
@@ -120,27 +120,27 @@ pub trait Component {
     /// Steps from `time` to `time + size`, in seconds.
     ///
     /// # Errors
-    /// The FMU refuses, or [`Terminated`].
+    /// The FMU rejects the call, or [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
     /// Enters Event Mode unless it is active. Like the next two functions, called only for members whose plan has
     /// events.
     ///
     /// # Errors
-    /// The FMU refuses, or has no Event Mode.
+    /// The FMU rejects the call or has no Event Mode.
     fn enter_events(&mut self) -> Result<()> {
         bail!("it has no Event Mode")
     }
     /// Applies the inputs in Event Mode and handles due events.
     ///
     /// # Errors
-    /// The FMU refuses, or [`Terminated`].
+    /// The FMU rejects the call, or [`Terminated`].
     fn update(&mut self) -> Result<Update> {
         bail!("it has no Event Mode")
     }
     /// Leaves Event Mode before the next step.
     ///
     /// # Errors
-    /// The FMU refuses.
+    /// The FMU rejects the call.
     fn leave_events(&mut self) -> Result<()> {
         bail!("it has no Event Mode")
     }
@@ -151,7 +151,7 @@ pub trait Component {
     /// Ends the simulation.
     ///
     /// # Errors
-    /// The FMU refuses.
+    /// The FMU rejects the call.
     fn terminate(&mut self) -> Result<()>;
 }
 
@@ -163,17 +163,17 @@ pub struct Side<'a> {
     pub combine: Combine,
 }
 
-/// Combines components of one kind, one from each of several runs, so that they make ordinary steps side by side;
+/// Combines components of one kind, one from each of several runs, so that they perform ordinary steps side by side;
 /// `None` if that is not possible.
 pub type Combine = for<'a> fn(Vec<&'a mut dyn Any>, &Wiring) -> Option<Box<dyn Abreast + 'a>>;
 
-/// A member from each of several runs, making the same steps side by side.
+/// A member from each of several runs, stepped side by side.
 pub trait Abreast {
     /// Whether this step can fail only because of an input value.
     fn is_ordinary(&self, time: f64, size: f64) -> bool;
-    /// Writes the connected inputs, makes an ordinary step, and reads the values that other members need, for all runs.
-    /// For each position in a run's values, `values` has one value per run. Returns false if a value is refused, in
-    /// which case only inputs were written.
+    /// Writes the connected inputs, performs an ordinary step, and reads the values that other members need, for all
+    /// runs. For each position in a run's values, `values` has one value per run. Returns false if a value is refused,
+    /// in which case only inputs were written.
     fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool;
     /// Writes the resulting states back to the components.
     fn end(self: Box<Self>);
@@ -184,7 +184,7 @@ pub trait Reset: Component {
     /// Resets the instance to its initial state.
     ///
     /// # Errors
-    /// The FMU refuses; a new instance is then required.
+    /// The FMU rejects the call; a new instance is then required.
     fn reset(&mut self) -> Result<()>;
 }
 

@@ -17,7 +17,7 @@
 //! ```
 //! ````
 //!
-//! A block without it has one group for its inputs, one for its parameters, and no roles.
+//! A block without a dialog has one group for its inputs, one for its parameters, and no roles.
 
 use crate::fmus::LoopRole;
 use crate::plan::suggestion;
@@ -68,7 +68,7 @@ pub struct Roles {
     pub settings: Vec<String>,
     /// The parameters that are stimuli.
     pub stimuli: Vec<String>,
-    /// Further signals, as pairs of meaning and variable, such as `high stop`: LMNR_HS. Controller and plant use the
+    /// Additional signals, as pairs of meaning and variable, such as `high stop`: LMNR_HS. Controller and plant use the
     /// same meanings. A `fault` is an output that is TRUE while a plant has stopped, such as a tripped drive.
     pub signals: Vec<(String, String)>,
 }

@@ -34,7 +34,7 @@ pub trait Fmus {
     /// Creates an instance of an FMU.
     ///
     /// # Errors
-    /// The FMU does not exist or refuses.
+    /// The FMU does not exist or cannot be instantiated.
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>>;
 }
 

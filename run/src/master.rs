@@ -5,7 +5,7 @@
 //! passes as there are FMUs; values thus propagate through chains (plant, sensor, filter) in any order. Finally every
 //! FMU exits Initialization Mode. With [`Exchange::Parallel`], values are copied once.
 //!
-//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn receives the values set at that time
+//! Step k runs from `start + k step` to `start + (k + 1) step`. Each FMU in turn receives the values set at that time
 //! and its connected inputs, and then steps. With [`Exchange::Parallel`], all connected inputs are read before any of
 //! the FMUs steps.
 //!
@@ -332,7 +332,7 @@ pub struct Run<C> {
     members: Vec<Running<C>>,
     /// The number of completed steps.
     steps: usize,
-    /// The number of members that have made the current step.
+    /// The number of members that have completed the current step.
     stepped: usize,
     /// The index of the active member.
     at: usize,
@@ -400,7 +400,7 @@ impl<C: Component> Run<C> {
         Ok(run)
     }
 
-    /// Makes one step.
+    /// Performs one step.
     ///
     /// # Errors
     /// An FMU rejects a call; the error states its name, the rejected call, the time and its messages. The run is then
@@ -473,8 +473,8 @@ impl<C: Component> Run<C> {
         }
     }
 
-    /// Abandons a step after an error of [`Run::step`]. If the first member has made the step, it counts, and its row
-    /// has the last known values of the other members. Returns whether it counts.
+    /// Abandons a step after an error of [`Run::step`]. If the first member has completed the step, it counts, and its
+    /// row has the last known values of the other members. Returns whether it counts.
     pub fn abandon_step(&mut self) -> bool {
         let counts = self.stepped > 0;
         if counts {
@@ -488,7 +488,7 @@ impl<C: Component> Run<C> {
     /// member.
     ///
     /// # Errors
-    /// A new FMU refuses, with its messages. Nothing is then replaced.
+    /// A new FMU rejects a call; the error contains its messages. In that case, nothing is replaced.
     ///
     /// # Panics
     /// The number of components is wrong, or the plan observes other variables of the first member.
@@ -559,7 +559,7 @@ impl<C: Component> Run<C> {
     /// Ends the simulation.
     ///
     /// # Errors
-    /// An FMU refuses; the error states its name and messages.
+    /// An FMU rejects a call; the error states its name and messages.
     pub fn terminate(&mut self, plan: &Plan) -> Result<()> {
         for (of, plan) in self.members.iter_mut().zip(&plan.members) {
             of.component.terminate().with_context(|| plan.name.clone())?;
@@ -567,7 +567,7 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Initializes the members from index `first` on, at `start` seconds.
+    /// Initializes the members from index `first` onward, at `start` seconds.
     fn initialize(&mut self, plan: &Plan, first: usize, start: f64, stop: Option<f64>) -> Result<()> {
         let at = |of: &MemberPlan| format!("{} before the first step", of.name);
         for (of, own) in self.members.iter_mut().zip(&plan.members).skip(first) {

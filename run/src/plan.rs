@@ -10,7 +10,7 @@ use modeldescription::{Causality, Description, Variability, Variable};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
-/// The tolerance, as a fraction of a step, by which rounding may make a step miss the end, or an event its
+/// The tolerance, as a fraction of a step, by which a step may miss the end because of rounding, or an event its
 /// communication point.
 pub const ROUNDING: f64 = 1e-6;
 
@@ -48,7 +48,7 @@ pub struct Plan {
 /// Start and step as integers, precomputed so that computing a time takes few instructions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaled {
-    /// The power of ten that makes them integers.
+    /// The power of ten that converts them to integers.
     scale: f64,
     start: f64,
     step: f64,
@@ -153,7 +153,7 @@ pub struct Column {
     pub is_input: bool,
     /// The member, and the position in its `observed`.
     pub source: (usize, usize),
-    /// Whether it is recorded before its FMU makes the step: the FMUs that read it receive this value.
+    /// Whether it is recorded before its FMU steps: the FMUs that read it receive this value.
     pub is_before_step: bool,
     /// Whether no FMU reads any output of its FMU. A row that shows a call then has the value produced by the call, a
     /// row that shows a time the value at that time.
@@ -417,7 +417,7 @@ fn scaled_time(start: f64, step: f64, scale: Option<Scaled>, steps: usize) -> f6
     }
 }
 
-/// Scales both values by the smallest power of ten that makes them integers.
+/// Scales both values by the smallest power of ten that converts them to integers.
 fn scale(start: f64, step: f64) -> Option<Scaled> {
     let is_exact = |value: f64, scale: f64| (value * scale).round() / scale == value && (value * scale).abs() < 1e15;
     (0..=MOST_DECIMALS)

@@ -19,7 +19,7 @@ pub enum Subject {
 pub enum Key {
     /// The key of a table.
     Name(Cow<'static, str>),
-    /// The index in a list, from 0.
+    /// The 0-based index in a list.
     Item(usize),
 }
 

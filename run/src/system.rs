@@ -29,7 +29,7 @@ pub struct System {
     pub step: Option<f64>,
     /// The order in which values are exchanged.
     pub exchange: Exchange,
-    /// Whether FMUs with Event Mode are stepped like those without it.
+    /// Whether FMUs with Event Mode are stepped without using it.
     #[serde(default)]
     pub no_events: bool,
     /// Remarks to the user about the files it was read from.
@@ -112,9 +112,9 @@ pub struct Connection {
 pub struct FilePosition {
     /// The file as specified by the user.
     pub file: String,
-    /// The line, from 1.
+    /// The 1-based line number.
     pub line: usize,
-    /// The column in characters, from 1.
+    /// The 1-based column, in characters.
     pub column: usize,
 }
 

@@ -89,7 +89,7 @@ pub(super) enum Icon {
 /// An element of the drawing; the shape determines which of its points is at `at`.
 #[derive(Debug, PartialEq)]
 pub(super) struct Element {
-    /// Its line in the description, from 1.
+    /// Its 1-based line number in the description.
     pub line: usize,
     /// The name by which wires refer to it; empty if it cannot have wires.
     pub name: String,

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 /// A wire from an element, or from a point on another wire, to an element.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wire {
-    /// Its line in the description, from 1.
+    /// Its 1-based line number in the description.
     pub line: usize,
     /// The index of its signal in the diagram.
     pub signal: usize,

@@ -64,7 +64,7 @@ pub fn write(system: &System) -> Result<String> {
     Ok(text)
 }
 
-/// Writes `NAME.sources = [...]`, and a line for each further key of the manifest.
+/// Writes `NAME.sources = [...]`, and a line for each additional key of the manifest.
 fn program(text: &mut String, name: &str, manifest: &Manifest) -> Result<()> {
     for (key, value) in toml::Table::try_from(manifest)? {
         text.key(name)?;

@@ -9,7 +9,7 @@ use anyhow::{Result, bail};
 const FEWEST: usize = 16;
 
 impl<C: Component> Run<C> {
-    /// Makes steps of several runs of a plan side by side: those before the next event, unless there are only a few,
+    /// Steps several runs of a plan side by side, for the steps before the next event, unless there are only a few,
     /// while all are ordinary. Afterwards, each run is in the same state as after that number of [`Run::step`] calls.
     /// Returns false if the components do not support it or the next step is not ordinary. The runs must differ only in
     /// values. `record` receives, step by step, each column of the plan with its value in each run.

@@ -1,4 +1,4 @@
-//! Event Mode at a communication point, before any FMU makes a step.
+//! Event Mode at a communication point, before any FMU steps.
 
 use super::{Run, Running, at_time};
 use crate::component::{Component, MOST_UPDATES};
