@@ -28,7 +28,7 @@ struct Content {
     fmus: Option<String>,
     fingerprint: String,
     runs: u64,
-    /// Whether each run needs new instances, determined for all parts when the bundle was made.
+    /// Whether each run needs new instances, determined for all parts when the bundle was created.
     renews: bool,
     /// The job; paths of FMUs are relative to the folder.
     job: Job,
@@ -66,7 +66,7 @@ pub fn write(folder: &Path, reading: &Reading, runs: u64, renews: bool) -> Resul
 /// Opens a bundle by its `study.json`.
 ///
 /// # Errors
-/// The bundle is damaged, or was made by another version of this program.
+/// The bundle is damaged, or was created by another version of this program.
 pub fn open(path: &Path) -> Result<Reading> {
     let shown = path.display();
     let text = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;

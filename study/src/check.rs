@@ -75,7 +75,7 @@ impl Study {
         self.count().map(|_| ())
     }
 
-    /// The number of runs that the axes span.
+    /// Returns the number of runs that the axes span.
     ///
     /// # Errors
     /// The axes span more than 10^9 runs.
@@ -101,19 +101,19 @@ impl Study {
         }
     }
 
-    /// The lengths of the axes that span the grid; a group counts once, by its first axis.
+    /// Returns the lengths of the axes that span the grid; a group counts once, by its first axis.
     fn lengths(&self) -> Vec<u64> {
         let spans = |number: &usize| self.leader(*number) == *number;
         (0..self.axes.len()).filter(spans).map(|number| self.axes[number].along.length()).collect()
     }
 
-    /// The index of the first axis in an axis' group; its own index if it has no group.
+    /// Returns the index of the first axis in an axis' group; its own index if it has no group.
     pub(super) fn leader(&self, number: usize) -> usize {
         let Some(group) = &self.axes[number].group else { return number };
         self.axes.iter().position(|axis| axis.group.as_ref() == Some(group)).unwrap_or(number)
     }
 
-    /// Checks that an axis has as many values as the others of its group, and no distribution.
+    /// Checks that an axis has as many values as the others in its group, and no distribution.
     fn check_group(&self, number: usize) -> Result<()> {
         let (axis, leader) = (&self.axes[number], self.leader(number));
         let other = &self.axes[leader];
@@ -203,7 +203,7 @@ impl Limit {
 }
 
 impl Axis {
-    /// Its label in error messages: its number, from 1, and its variables.
+    /// The label in error messages: the 1-based axis number and the variables.
     pub fn label(&self, number: usize) -> String {
         format!("axis {} ({})", number + 1, self.variables.join(", "))
     }
@@ -232,7 +232,7 @@ impl Axis {
 }
 
 impl Along {
-    /// Its key in a study file.
+    /// The key in a study file.
     fn name(&self) -> &'static str {
         match self {
             Along::Values(_) | Along::Rows(_) => "values",

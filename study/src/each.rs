@@ -22,13 +22,13 @@ pub struct Tuned {
     pub name: String,
     /// The settings found, in the order of the search variables.
     pub found: Vec<f64>,
-    /// The present settings.
+    /// The current settings.
     pub now: Vec<f64>,
-    /// The minimized figure with the settings found and with the present ones; `None` if it has no value.
+    /// The minimized figure with the settings found and with the current ones; `None` if it has no value.
     pub figure: [Option<f64>; 2],
-    /// The value of each constraint, with the settings found and with the present ones.
+    /// The value of each constraint, with the settings found and with the current ones.
     pub constraints: Vec<[Option<f64>; 2]>,
-    /// The constraints that are active or that the present settings violate: why the figure may be worse than now.
+    /// The constraints that are active or that the current settings violate: why the figure may be worse than now.
     pub remark: Option<String>,
     /// The reason not to use the settings, or `None` if they meet all constraints.
     pub problem: Option<String>,
@@ -40,7 +40,7 @@ impl Reading {
         self.tune().is_ok_and(|tune| tune.each)
     }
 
-    /// The names of the loops in the table, or their numbers from 1.
+    /// The names of the loops in the table, or their 1-based numbers.
     ///
     /// # Errors
     /// The study has no table, has several that do not belong together, or is faulty.

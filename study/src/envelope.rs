@@ -6,13 +6,13 @@ use crate::sampling::Permutation;
 use crate::summary::percentile;
 use anyhow::Result;
 
-/// The minimum and maximum number of runs in an envelope, for which these runs are repeated.
+/// The minimum and maximum number of runs in an envelope; these runs are repeated to obtain their curves.
 const RUNS: std::ops::RangeInclusive<u64> = 20..=200;
 
 /// The percentiles of a signal over the runs, at equidistant times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Envelope {
-    /// The number of runs in it.
+    /// The number of runs in the envelope.
     pub runs: u64,
     /// The times in seconds.
     pub times: Vec<f64>,

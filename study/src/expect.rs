@@ -152,7 +152,7 @@ impl Expectation {
     }
 
     /// Checks the expectation. If the runs are independent samples of all possible machines, an expectation about a
-    /// percentile must hold for all of them with 95 % confidence.
+    /// percentile must hold for all of them at a confidence level of 95 %.
     ///
     /// # Errors
     /// The results of a large study cannot be read.

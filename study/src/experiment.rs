@@ -270,7 +270,7 @@ impl<C: Reset> Executor<C> {
     }
 
     /// Executes the run of a point; `instantiate` creates a component for each member if there are none to reset. A
-    /// refusal by an FMU becomes the row's error.
+    /// call rejected by an FMU becomes the row's error.
     ///
     /// # Panics
     /// The point does not have a value for each coordinate.
@@ -323,7 +323,7 @@ impl<C: Reset> Executor<C> {
     /// figures, or `None` if an FMU ended the run.
     ///
     /// # Errors
-    /// An FMU refuses (the message contains the time), or `receive` fails.
+    /// An FMU rejects a call (the message contains the time), or `receive` fails.
     ///
     /// # Panics
     /// See [`Executor::row`].

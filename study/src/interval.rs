@@ -35,7 +35,7 @@ pub fn fewest(percent: f64) -> u64 {
     (log(TAIL) / log(share.max(1.0 - share))).ceil() as u64
 }
 
-/// The ranks, from 1, of the values at the ends; `None` for an end with too few values.
+/// The 1-based ranks of the values at the ends; `None` for an end with too few values.
 fn ranks(count: usize, share: f64) -> Option<(Option<usize>, Option<usize>)> {
     if count == 0 || !(0.0 < share && share < 1.0) {
         return None;

@@ -84,7 +84,7 @@ pub struct Axis {
     /// Whether the values of a distribution are rounded to integers.
     #[serde(default, skip_serializing_if = "is_false")]
     pub whole: bool,
-    /// Axes of the same group vary together: all use their first values, then their second, and so on.
+    /// Axes in the same group vary together: all use their first values, then their second, and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     /// The names of the loops to which the values belong, one for each; may be empty.
@@ -120,7 +120,7 @@ pub enum Along {
         to: f64,
         /// The number of values; at least 2.
         count: u64,
-        /// Whether values have equal ratios instead of equal differences; both ends are then above 0.
+        /// Whether values have equal ratios instead of equal differences; if so, both ends must be above 0.
         #[serde(default)]
         logarithmic: bool,
     },

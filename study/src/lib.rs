@@ -3,7 +3,7 @@
 //! A [`Job`] defines a study: a [`System`](run::system::System) and a [`Study`] of it. Its axes span the *points*, each
 //! the set of values for one run. [`Experiment`](experiment::Experiment) checks the names and derives the point of
 //! every run from the number of the run alone, so that the result does not depend on where, in which order or in how
-//! many parts the runs are made.
+//! many parts the runs are executed.
 //!
 //! ```text
 //! study.toml --read--> Job --+                 +-- worker process (FMUs) --+

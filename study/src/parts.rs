@@ -1,7 +1,7 @@
 //! The rows of an unfinished study in files: runs contained in a part are not repeated.
 //!
 //! A part is one file with the rows of consecutive runs: a line of text, a second line with a header in JSON, the rows
-//! in postcard format, and the SHA-256 hash of all that. Parts of a study can be made on any machine; those in one
+//! in postcard format, and the SHA-256 hash of all that. Parts of a study can be computed on any machine; those in one
 //! folder may overlap.
 
 use crate::Writer;

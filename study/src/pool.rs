@@ -1,7 +1,7 @@
-//! A pool of worker processes that make runs in parallel. Rows are delivered in the order of their points, whichever
-//! worker makes them.
+//! A pool of worker processes that execute runs in parallel. Rows are delivered in the order of their points,
+//! regardless of the worker.
 //!
-//! A worker that crashes, or makes no row within the time limit, is replaced. Its current run is repeated once by a
+//! A worker that crashes, or returns no row within the time limit, is replaced. Its current run is repeated once by a
 //! worker that keeps the output of FMUs; if that fails too, the run's row contains the reason, and the other runs
 //! continue.
 
@@ -32,7 +32,7 @@ const LARGEST_CHUNK: u64 = 1 << 16;
 /// The maximum number of values in rows that wait for an earlier row: 8 MB, and as much again for their containers.
 const MOST_WAITING: u64 = 1 << 20;
 
-/// How to make runs.
+/// How to execute runs.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The program `plcfmu`, which the workers execute.
@@ -71,7 +71,7 @@ pub trait Sink {
     /// Receives the next row, with its number.
     ///
     /// # Errors
-    /// It cannot be stored: no more runs are made.
+    /// It cannot be stored: no more runs are executed.
     fn row(&mut self, number: u64, row: RunResult) -> Result<()>;
 
     /// Called when no row has arrived for a while.
@@ -180,8 +180,8 @@ impl Pool {
         self.starter.child.interrupted.load(Ordering::Relaxed)
     }
 
-    /// Makes `count` runs. `point` returns the point of each by its index, from 0; `each` receives the rows in order.
-    /// After an interruption, it receives those that exist, with gaps.
+    /// Executes `count` runs. `point` returns the point of each by its 0-based index; `each` receives the rows in
+    /// order. After an interruption, it receives those that exist, with gaps.
     ///
     /// # Errors
     /// A worker cannot be started, or `each` fails.
@@ -254,7 +254,8 @@ impl Pool {
         })
     }
 
-    /// Makes the run of a point with new instances and records it. Returns its figures as well, unless an FMU ended it.
+    /// Executes the run of a point with new instances and records it. Returns its figures as well, unless an FMU ended
+    /// it.
     ///
     /// # Errors
     /// An FMU rejects a call or crashes, or the user interrupts.
@@ -379,7 +380,7 @@ fn deliver(batches: &Receiver<Result<Batch>>, shared: &Shared, sink: &mut dyn Si
     Ok(())
 }
 
-/// Makes runs with one worker after another.
+/// Executes runs with one worker after another.
 struct Maker<'a> {
     starter: &'a Starter,
     slot: &'a mut Slot,
@@ -408,7 +409,7 @@ impl Maker<'_> {
         ((CHUNK.as_nanos() / run.as_nanos().max(1)) as u64).clamp(1, LARGEST_CHUNK)
     }
 
-    /// Makes a chunk of runs; returns `false` after an interruption.
+    /// Executes a chunk of runs; returns `false` after an interruption.
     fn chunk(&mut self, first: u64, mut points: Vec<Vec<f64>>) -> Result<bool> {
         let mut next = first;
         while !points.is_empty() {

@@ -82,8 +82,8 @@ impl Worker {
         self.0.witness.member().and_then(|at| starter.members.get(at)).map(String::as_str)
     }
 
-    /// Makes runs. `each` receives the rows, whose points are removed from `points`. If the process ended before all
-    /// rows were made, returns the reason.
+    /// Executes runs. `each` receives the rows, whose points are removed from `points`. If the process ended before all
+    /// rows were complete, returns the reason.
     pub fn rows(
         &mut self,
         points: &mut Vec<Vec<f64>>,
@@ -104,10 +104,10 @@ impl Worker {
         None
     }
 
-    /// Makes a run with new instances and records it. Returns its figures as well, unless an FMU ended it.
+    /// Executes a run with new instances and records it. Returns its figures as well, unless an FMU ended it.
     ///
     /// # Errors
-    /// The reason why the process ended; the inner error is a refusal by an FMU.
+    /// The reason why the process ended; the inner error is a call rejected by an FMU.
     pub fn curve(&mut self, point: &[f64], detail: Detail) -> Result<Result<Curve>, End> {
         self.0.send(&WorkerRequest::Curve(point.to_vec(), detail));
         let mut recording: Option<Recording> = None;

@@ -1,5 +1,5 @@
 //! Writes the results of a study: a page, a JSON file, pictures, and the text that the command prints. None of it
-//! depends on when or where the runs were made, so that the same study yields the same bytes everywhere.
+//! depends on when or where the runs were executed, so that the same study yields the same bytes everywhere.
 
 mod what;
 
@@ -776,7 +776,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
     Ok(page.render()?)
 }
 
-/// Shown in place of an interval.
+/// Shown instead of an interval.
 const TOO_FEW: &str = "too few runs";
 
 /// For each figure, the intervals of the percentiles 5, 50 and 95.

@@ -19,13 +19,13 @@ const NORMAL: f64 = 1.96;
 /// The indices of an axis.
 #[derive(Clone, Copy, Debug, Default, Serialize, PartialEq)]
 pub struct Index {
-    /// The share of the variance that its value alone explains, from 0 to 1; the estimate may lie slightly outside.
+    /// The share of the variance explained by this axis alone, from 0 to 1; the estimate may lie slightly outside.
     pub first: f64,
-    /// The half-width of its 95 % confidence interval.
+    /// The half-width of the 95 % confidence interval.
     pub first_error: f64,
-    /// The share of the variance that it explains including its interactions with other axes.
+    /// The share of the variance explained by this axis and its interactions with other axes.
     pub total: f64,
-    /// The half-width of its 95 % confidence interval.
+    /// The half-width of the 95 % confidence interval.
     pub total_error: f64,
 }
 

@@ -172,7 +172,7 @@ impl Distribution {
         let order = ascending(&values);
         let sorted: Vec<f64> = order.iter().map(value).collect();
         let figure = results.figures[column].clone();
-        // Equal values are ordered by run, from both ends.
+        // At both ends, runs with equal values are in ascending order.
         let lowest = || order.iter().map(|run| u64::from(*run));
         let highest = || order.chunk_by(|a, b| value(a) == value(b)).rev().flatten().map(|run| u64::from(*run));
         let is_lower_better = figure.is_lower_better();
@@ -240,7 +240,7 @@ fn sum(values: impl Iterator<Item = f64>) -> f64 {
     sum + lost
 }
 
-/// The rank of each run's figure, from 0; equal values share the mean of their ranks.
+/// The 0-based rank of each run's figure; equal values share the mean of their ranks.
 struct Ranks {
     ranks: Vec<f64>,
     count: usize,

@@ -43,7 +43,7 @@ pub struct Source {
 /// The contents of a CSV or Parquet file.
 #[derive(Debug, Default)]
 struct Given {
-    /// The variables, each with its column number, from 1.
+    /// The variables, each with its 1-based column number.
     variables: Vec<(String, usize)>,
     /// For each row, a value for each variable.
     rows: Vec<Vec<Value>>,

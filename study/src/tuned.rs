@@ -26,7 +26,7 @@ pub struct Found<'a> {
     pub tuning: &'a Tuning,
     /// Its outcome.
     pub outcome: &'a Outcome,
-    /// The result of the present settings.
+    /// The result with the current settings.
     pub present: &'a Candidate,
 }
 
@@ -35,7 +35,7 @@ impl Found<'_> {
         &self.outcome.candidates[self.outcome.best]
     }
 
-    /// The constraints that prevent a better figure, and those that the present settings violate, which may be why
+    /// The constraints that prevent a better figure, and those that the current settings violate, which may be why
     /// their figure is better; `None` if there are none.
     pub(crate) fn of_constraints(&self) -> Option<String> {
         let one = |constraint: &Constraint| {
@@ -101,7 +101,7 @@ impl Found<'_> {
         ends.chain(front).collect()
     }
 
-    /// Settings, figures and constraints, compared with the present settings.
+    /// Settings, figures and constraints, compared with the current settings.
     pub fn text(&self) -> String {
         let (best, problem) = (self.best(), &self.tuning.problem);
         let found = if best.is_feasible() { "found" } else { "closest" };

@@ -27,7 +27,7 @@ const MOST_PLANTS: u64 = 10_000;
 pub struct Tuning {
     /// The search problem.
     pub problem: Problem,
-    /// The loop's present settings, for each search variable.
+    /// The loop's current settings, for each search variable.
     pub present: Vec<f64>,
     /// The figures in a row, with [`SENSITIVITY`] last if needed.
     pub figures: Vec<Quantity>,
@@ -113,7 +113,7 @@ impl Tuning {
     }
 
     /// Runs the search. `progress` receives the number of evaluated candidates and the best one. Returns the outcome
-    /// and the result of the present settings.
+    /// and the result with the current settings.
     ///
     /// # Errors
     /// A worker cannot be started, or the search is interrupted before the first candidates are known.
@@ -254,7 +254,7 @@ fn of_point<'a>(own: &'a [(usize, String)], point: &'a [f64]) -> impl Iterator<I
     own.iter().map(|(place, name)| (name.clone(), Value::Number(point[*place])))
 }
 
-/// Identifies all plants from a step of the manual value. `in_point` marks the coordinates that the points of the
+/// Identifies all plants from a step in the manual value. `in_point` marks the coordinates that the points of the
 /// identification contain; `own` are those of the controller.
 fn identify(
     linear: &Linear,
@@ -341,7 +341,7 @@ fn with_axes(job: &Job, search: &[Search], present: &[f64]) -> Job {
     job
 }
 
-/// Checks a variable, and sets its grid. Returns the loop's present value.
+/// Checks a variable, and sets its grid. Returns the loop's current value.
 fn variable(job: &Job, search: &mut Search) -> Result<f64> {
     let (system, name) = (&job.system, search.variable.as_str());
     let is_axis = |axis: &Axis| axis.time.is_none() && axis.variables.contains(&search.variable);

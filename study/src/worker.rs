@@ -1,4 +1,4 @@
-//! A process that makes runs, in the role [`ROLE`] of [`host::child`].
+//! A process that executes runs, in the role [`ROLE`] of [`host::child`].
 //!
 //! ```text
 //! Pool --Request--> standard input  of the worker --Experiment, Executor--> Instances
@@ -35,7 +35,7 @@ pub const ROLE: &str = "worker";
 /// The maximum time that rows are held back before they are sent.
 pub const FLUSH: Duration = Duration::from_millis(2);
 
-/// The number of runs of linked blocks made side by side: the number of lanes.
+/// The number of runs of linked blocks executed side by side: the number of lanes.
 pub const ABREAST: usize = blocks::table::abreast::LANES;
 
 /// The maximum number of values recorded by runs side by side.
@@ -55,11 +55,11 @@ pub enum WorkerRequest {
         /// Whether FMUs are called through their C interface even if this program has them [`Linked`].
         exact_door: bool,
     },
-    /// Make the runs of these points.
+    /// Execute the runs of these points.
     Rows(Vec<Vec<f64>>, Gives),
     /// Check whether a reset instance computes the same as a new one.
     CheckReset,
-    /// Make the run of this point and record it.
+    /// Execute the run of this point and record it.
     Curve(Vec<f64>, Detail),
 }
 
@@ -86,7 +86,7 @@ pub type Find = fn(&Description) -> Option<Linked>;
 pub enum Reply {
     /// The FMUs are loaded.
     Ready(Ready),
-    /// The job is faulty, or a curve cannot be made: the message, and its subject.
+    /// The job is faulty, or a curve cannot be recorded: the message, and its subject.
     Refused(String, Option<Subject>),
     /// The next rows, in the order of the points. They are complete when there are as many as points.
     Rows(Vec<RunResult>),
@@ -130,8 +130,8 @@ pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table
     Experiment::new(job, descriptions, roles.as_ref())
 }
 
-/// Makes the runs requested on standard input, with the FMUs unpacked in `folder`. If `find` returns a block for every
-/// FMU of a loop, the loop runs in this process without their libraries.
+/// Executes the runs requested on standard input, with the FMUs unpacked in `folder`. If `find` returns a block for
+/// every FMU of a loop, the loop runs in this process without their libraries.
 ///
 /// # Errors
 /// Standard output is missing, or the main process has ended.
@@ -165,7 +165,7 @@ pub fn run(folder: &Path, find: Find) -> Result<()> {
     })
 }
 
-/// The state of a worker ready to make runs.
+/// The state of a worker ready to execute runs.
 struct Begun {
     members: Members,
     experiment: Experiment,
@@ -271,7 +271,7 @@ struct Serving {
     renews: bool,
     /// The maximum time that rows are held back.
     flush: Duration,
-    /// The number of runs made side by side.
+    /// The number of runs executed side by side.
     abreast: usize,
 }
 

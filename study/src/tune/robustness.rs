@@ -1,5 +1,5 @@
-//! Ms, the maximum sensitivity of a loop, for candidates of a search: how robust the loop is against changes of the
-//! plant.
+//! Ms, the maximum sensitivity of a loop, for candidates of a search: how robust the loop is against changes in
+//! the plant.
 //!
 //! This requires a model of each plant. The loop is therefore run in manual mode, without its events; the manual value
 //! steps, and the process value is recorded: its response from call to call is the plant, see [`margins`]. The gain is
@@ -24,14 +24,14 @@ use run::system::{self, Setting, Value, own_name};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The default height of the step of the manual value, in its unit.
+/// The default height of the step in the manual value, in its unit.
 const HEIGHT: f64 = 20.0;
 /// The default time of the step, as a share of the run.
 const SHARE: f64 = 0.1;
 /// The relative noise in a recording above which the plant is identified as a lag with dead time.
 const NOISE: f64 = 0.005;
 
-/// The step of the manual value that identifies the plants.
+/// The step in the manual value that identifies the plants.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {

@@ -46,7 +46,7 @@ pub struct Outcome {
 /// Searches. `evaluate` returns, for each candidate of a batch, a row for each plant, or `None` to end the search with
 /// the results so far. `progress` receives the number of evaluated candidates and the best one after each batch.
 ///
-/// `first` are the settings to start with: the loop's present ones.
+/// `first` are the settings to start with: the loop's current ones.
 ///
 /// # Errors
 /// `evaluate` fails, or it ends the search before any candidate is known.

@@ -51,7 +51,7 @@ fn recorded(job: &Job) -> Recording {
     master::run(&plan, &mut components, |_| {}).unwrap()
 }
 
-/// Returns Ms of a loop with the plant identified from a step of the manual value, and that plant.
+/// Returns Ms of a loop with the plant identified from a step in the manual value, and that plant.
 fn recorded_sensitivity(job: &Job, settings: &Values) -> (f64, Identified) {
     let linear = linear(job).unwrap();
     let identification = linear.identification(job, &Step::default(), 0.0, 100.0).unwrap();
