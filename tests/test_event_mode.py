@@ -162,8 +162,8 @@ def test_what_a_variable_cannot_hold_is_told(run_command, sampled, setting, erro
 @pytest.mark.parametrize(
     "connection, error",
     [
-        ("S.B=T.SP", "it has 4 values, and the input a single value: connect elements, such as S.B[1]"),
-        ("S.COUNT=T.SP", "it is Int64, and the input is Float64"),
+        ("S.B=T.SP", "it has 4 values, but the input has a single value: connect elements, such as S.B[1]"),
+        ("S.COUNT=T.SP", "it is Int64, but the input is Float64"),
     ],
 )
 def test_what_does_not_fit_is_not_connected(run_command, sampled, connection, error):

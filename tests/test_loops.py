@@ -154,7 +154,7 @@ def test_the_loops_of_the_examples_begin_with_a_title_of_their_own(path):
     [
         ("stop", "stopp", "loop.toml:2:1: unknown field `stopp`, expected one of `start`, `stop`"),
         ("GAIN", "GAIM", "loop.toml:14:8: CONT_C has no variable GAIM; did you mean CONT_C.GAIN?"),
-        ("= 1.5", '= "1.5"', 'loop.toml:14:15: expected a finite number, true or false; found the text "1.5"'),
+        ("= 1.5", '= "1.5"', 'loop.toml:14:15: expected a finite number, true or false; found the string "1.5"'),
         ("CONT_C.fmu", "CONTC.fmu", "did you mean CONT_C.fmu?"),
         ("CONT_C.LMN =", "CONT_C.QLMN_HLM =", "loop.toml:10:8: CONT_C.QLMN_HLM cannot be connected to HEATER.POWER"),
         ("time = 20.0", "time = 200.0", "loop.toml:23:16: CONT_C.SP_INT cannot be set at 200.0 s"),

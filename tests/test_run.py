@@ -220,7 +220,7 @@ def test_an_fmu_that_can_run_only_once_in_a_process_is_refused_twice(run, tmp_pa
     [
         ({"connect": {"CONT_C.LMM": "HEATER.POWER"}}, "CONT_C has no variable LMM; did you mean CONT_C.LMN?"),
         ({"connect": {"CONT_C.QLMN_HLM": "HEATER.POWER"}}, "such as a mean over the step (LMN, "),
-        ({"connect": {"HEATER.TEMP": "HEATER.POWER"}}, "it is in degC, and the input in %: values are not converted"),
+        ({"connect": {"HEATER.TEMP": "HEATER.POWER"}}, "it is in degC, but the input is in %: values are not converted"),
         ({"connect": {"HEATER.TEMP": "CONT_C.GAIN"}}, "the causality of CONT_C.GAIN is parameter"),
         ({"set": {"GAIN": 2}}, "GAIN does not name its FMU: write CONT_C.GAIN"),
         ({"set": {"CONT_C.CYCLE": "2@5"}}, "CONT_C.CYCLE cannot be set at 5.0 s: it is a fixed parameter"),

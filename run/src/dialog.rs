@@ -120,7 +120,7 @@ pub fn read(table: &Table) -> Result<(Roles, Vec<Group>)> {
                 }
             },
         };
-        read().with_context(|| format!("{}: the line {line:?} of its dialog", table.name))?;
+        read().with_context(|| format!("{}: the dialog line {line:?}", table.name))?;
     }
     check(table, &groups)?;
     Ok((roles, groups))
@@ -196,7 +196,7 @@ fn condition(table: &Table, text: &str) -> Result<Vec<Vec<(String, bool)>>> {
         let (name, wanted) = match words {
             ["not", name] => (name, false),
             [name] => (name, true),
-            _ => bail!("{:?}: write NAME or not NAME, joined by and and or", words.join(" ")),
+            _ => bail!("{:?}: write NAME or `not NAME`, joined by `and` or `or`", words.join(" ")),
         };
         let name = known(table, name)?;
         if table.find(&name).is_some_and(|row| !table.rows[row].role.is_settable()) {
@@ -293,7 +293,7 @@ impl Roles {
         };
         if names.len() > most {
             let most = if most == 1 { "one name".into() } else { format!("{most} names") };
-            bail!("{role} has at most {most}");
+            bail!("{role} can have at most {most}");
         }
         let first = names[0].clone();
         match role {
@@ -304,18 +304,18 @@ impl Roles {
             }
             "manipulated value" => self.manipulated_value = Some(first),
             "manual" => {
-                let [on, value] = names.as_slice() else { bail!("manual has two names: the switch and the value") };
+                let [on, value] = names.as_slice() else { bail!("manual needs two names: the switch and the value") };
                 self.manual = Some((on.clone(), value.clone()));
             }
             "manual pulses" => {
                 let [on, up, down] = names.as_slice() else {
-                    bail!("manual pulses has three names: the switch, up and down")
+                    bail!("manual pulses needs three names: the switch, up and down")
                 };
                 self.manual_pulses = Some((on.clone(), [up.clone(), down.clone()]));
             }
             "limits" => {
                 let [high, low] = names.as_slice() else {
-                    bail!("limits has two names: the high limit and the low limit")
+                    bail!("limits needs two names: the high limit and the low limit")
                 };
                 self.limits = Some((high.clone(), low.clone()));
             }

@@ -181,7 +181,7 @@ impl<'de> Deserialize<'de> for Node {
             type Value = Node;
 
             fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-                formatter.write_str("a number, true, false, or a text")
+                formatter.write_str("a number, true, false, or a string")
             }
 
             fn visit_bool<E>(self, value: bool) -> Result<Node, E> {
@@ -480,7 +480,7 @@ impl<'a> Reader<'a> {
             Node::Boolean(value) => value.to_string(),
             Node::Number(number) => number.to_string(),
             Node::Whole(whole) => whole.to_string(),
-            Node::Text(text) => format!("the text {text:?}"),
+            Node::Text(text) => format!("the string {text:?}"),
             Node::List(_) => "a list".into(),
             Node::Table(_) => "a table".into(),
         };
@@ -532,7 +532,7 @@ pub fn content<T: DeserializeOwned>(source: &Source) -> Result<T> {
     })
 }
 
-/// The TOML parser's error in the user's terms: "expected a list; found the text \"max\"".
+/// The TOML parser's error in the user's terms: "expected a list; found the string \"max\"".
 pub fn plain(message: &str) -> String {
     let message = message.trim().replace('\n', "; ");
     if let Some((name, expected)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(", expected ")) {
@@ -544,18 +544,18 @@ pub fn plain(message: &str) -> String {
     let Some((found, expected)) = wrong.and_then(|rest| rest.rsplit_once(", expected ")) else { return message };
     let (expected, rest) =
         expected.split_once("; ").map_or((expected, String::new()), |(expected, rest)| (expected, format!("; {rest}")));
-    let hint = if (found, expected) == ("map", "a sequence") { ": write [[NAME]] in place of [NAME]" } else { "" };
+    let hint = if (found, expected) == ("map", "a sequence") { ": write [[NAME]] instead of [NAME]" } else { "" };
     let expected = match expected {
-        "u64" | "usize" => "a whole number from 0 on",
+        "u64" | "usize" => "a whole number >= 0",
         "f64" => "a number",
         "a sequence" => "a list",
         "a map" => "a table { NAME = VALUE, ... }",
-        "a string" => "a text in quotation marks",
+        "a string" => "a string in quotation marks",
         other => other,
     };
     let value = || found.split_once('`').map(|(_, value)| value.trim_end_matches('`'));
     let found = match found.split_once(' ') {
-        Some(("string", text)) => format!("the text {text}"),
+        Some(("string", text)) => format!("the string {text}"),
         Some(("integer" | "floating" | "boolean", _)) => value().unwrap_or(found).to_string(),
         None if found == "map" => "a table".into(),
         None if found == "sequence" => "a list".into(),

@@ -485,7 +485,7 @@ fn ends<'a>(names: &Names<'a>, connection: &Connection) -> Result<Vec<Wire<'a>>>
     let (from, to) = (names.find_all(&connection.from)?, names.find_all(&connection.to)?);
     if from.len() != to.len() {
         let size = |count: usize| if count == 1 { "a single value".into() } else { format!("{count} values") };
-        bail!("it has {}, and the input {}: connect elements, such as {}[1]", size(from.len()), size(to.len()), {
+        bail!("it has {}, but the input has {}: connect elements, such as {}[1]", size(from.len()), size(to.len()), {
             if from.len() > 1 { &connection.from } else { &connection.to }
         });
     }
@@ -496,7 +496,7 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection, from: Reference<'a>, to:
     for (name, end, wanted) in [(&connection.from, &from, Causality::Output), (&connection.to, &to, Causality::Input)] {
         let is = end.variable.causality;
         if is != wanted {
-            bail!("the causality of {name} is {is}; a connection goes from an output to an input");
+            bail!("the causality of {name} is {is}; a connection must go from an output to an input");
         }
     }
     let (from_type, to_type) = (from.variable.type_name, to.variable.type_name);
@@ -510,17 +510,17 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection, from: Reference<'a>, to:
         (Type::Boolean, to_kind) if to_kind.is_floating() => {
             let reals = [Type::Real, Type::Float32].map(|kind| names.outputs(from.member, kind)).concat();
             bail!(
-                "it is {from_type}, and the input is {to_type}: connect a Real output of the same FMU, such as a mean over \
-                 the step ({})",
+                "it is {from_type}, but the input is {to_type}: connect a Real output of the same FMU, such as a mean \
+                 over the step ({})",
                 if reals.is_empty() { "it has none".into() } else { reals.join(", ") }
             );
         }
-        _ => bail!("it is {from_type}, and the input is {to_type}"),
+        _ => bail!("it is {from_type}, but the input is {to_type}"),
     }
     if let (Some(from_unit), Some(to_unit)) = (&from.variable.unit, &to.variable.unit)
         && from_unit != to_unit
     {
-        bail!("it is in {from_unit}, and the input in {to_unit}: values are not converted");
+        bail!("it is in {from_unit}, but the input is in {to_unit}: values are not converted");
     }
     Ok(Wire { from, to })
 }
@@ -602,7 +602,7 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
                 bail!("it is {}, which cannot represent {value}; the nearest number is {}", kind.name(), value as f64)
             }
             Some((low, high)) if (low..=high).contains(&value) => {
-                bail!("it is {}; {value} has more digits than a number can hold here", kind.name())
+                bail!("it is {}; {value} has more digits than can be represented", kind.name())
             }
             Some((low, high)) => bail!("it is {}; {value} is not a whole number from {low} to {high}", kind.name()),
         },

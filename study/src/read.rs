@@ -552,7 +552,7 @@ mod tests {
         assert!(axis("variable = \"C.A\"").contains("write one of values = [...], range"));
         assert_eq!(
             axis("variable = \"C.A\"\nvalues = [1, \"x\"]"),
-            "study.toml:4:14: expected a finite number, true or false; found the text \"x\""
+            "study.toml:4:14: expected a finite number, true or false; found the string \"x\""
         );
         assert!(axis("variables = [\"C.A\", \"C.B\"]\nvalues = [[1]]").contains("1 values for 2 variables"));
         let wrong = axis("variable = \"C.A\"\nuniform = { min = 0, most = 1 }");

@@ -62,7 +62,7 @@ impl<'a> Checked<'a> {
             if is_output != matches!(element.shape, Shape::Output) {
                 let role = row.role.name();
                 let as_what =
-                    if is_output { "on a line of its own, output NAME 12,7" } else { "as an input or in a box" };
+                    if is_output { "on its own line, such as output NAME 12,7" } else { "as an input or in a box" };
                 return Err((element.line, format!("shows {name}, which is {role} in the table: show it {as_what}")));
             }
         }

@@ -66,7 +66,7 @@ impl<'a> Words<'a> {
             }
         }
         if text.matches('"').count() % 2 == 1 {
-            bail!("has an unclosed quote: put texts between two quotes");
+            bail!("has an unclosed quote: put text between two quotes");
         }
         Ok(Words { words: words.into_iter() })
     }
@@ -81,7 +81,7 @@ impl<'a> Words<'a> {
 
     fn point(&mut self) -> Result<Point> {
         let word = self.need("the position, such as 12,7")?;
-        point(word).with_context(|| format!("has {word:?} where the position must be: write it as 12,7"))
+        point(word).with_context(|| format!("has {word:?} instead of a position: write it as 12,7"))
     }
 
     fn end(&mut self) -> Result<()> {
@@ -162,7 +162,7 @@ impl Diagram {
 fn symbol_of(name: &str) -> Result<&'static symbol::Symbol> {
     symbol::named(name).with_context(|| {
         let names: Vec<&str> = SYMBOLS.iter().map(|symbol| symbol.name).collect();
-        format!("uses the unknown symbol {name:?}: the symbols are {}; or put a text in quotes", names.join(", "))
+        format!("uses the unknown symbol {name:?}: available: {}; or put text in quotes", names.join(", "))
     })
 }
 
@@ -202,11 +202,11 @@ fn sum(words: &mut Words) -> Result<Shape> {
     let mut signs = Vec::new();
     while let Some(word) = words.next() {
         let side = Side::ALL.into_iter().find(|(name, _)| *name == word);
-        let (name, side) = side.with_context(|| format!("has {word:?} where left, top, bottom or right must be"))?;
+        let (name, side) = side.with_context(|| format!("has {word:?} instead of left, top, bottom or right"))?;
         let sign = match words.need("the sign, + or -")? {
             "+" => Sign::Plus,
             "-" => Sign::Minus,
-            other => bail!("has {other:?} for the sign of {name}: write + or -"),
+            other => bail!("has {other:?} instead of a sign for {name}: write + or -"),
         };
         signs.push((side, sign));
     }

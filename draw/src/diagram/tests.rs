@@ -191,7 +191,7 @@ fn a_faulty_line_is_refused_with_its_number_its_text_and_a_remedy() {
     is(
         "input SP 1,5",
         "input SP left",
-        "line 3 of the diagram, `input SP left`, has \"left\" where the position must be: write it as 12,7",
+        "line 3 of the diagram, `input SP left`, has \"left\" instead of a position: write it as 12,7",
     );
     is(
         "sum DIFF 12,5 left + bottom -",
@@ -206,7 +206,7 @@ fn a_faulty_line_is_refused_with_its_number_its_text_and_a_remedy() {
     is(
         "SP > DIFF",
         "SP > SUM",
-        "line 14 of the diagram, `SP > SUM`, names \"SUM\", which no line describes; the names are SP, FLOW, DIFF, \
+        "line 14 of the diagram, `SP > SUM`, names \"SUM\", which no line describes; available: SP, FLOW, DIFF, \
          GAIN, DI_A, ON, LMN, RUNS, RUN",
     );
     is(
@@ -222,7 +222,7 @@ fn a_faulty_line_is_refused_with_its_number_its_text_and_a_remedy() {
          passes: correct the point, or move the line down",
     );
     assert!(refusal("box GAIN 20,5 multiply with GAIN", "box GAIN 20,5 times with GAIN").contains(
-        "uses the unknown symbol \"times\": the symbols are analog_input, analog_output, normalize, dead_band, limit, \
+        "uses the unknown symbol \"times\": available: analog_input, analog_output, normalize, dead_band, limit, \
          multiply,"
     ));
     for (other, expected) in [

@@ -186,7 +186,7 @@ impl Diagram {
     }
 
     fn end<'a>(&self, word: &Word<'a>) -> Result<(usize, Option<Place<'a>>)> {
-        let Word::End { name, place } = word else { bail!("has a corner where an element must be") };
+        let Word::End { name, place } = word else { bail!("has a corner instead of an element") };
         if let Some(element) = self.find(name) {
             return Ok((element, *place));
         }
@@ -197,7 +197,7 @@ impl Diagram {
         }
         let ends = self.elements.iter().filter(|element| element.has_wires());
         let names: Vec<&str> = ends.map(|element| element.name.as_str()).collect();
-        bail!("names {name:?}, which no line describes; the names are {}", names.join(", "))
+        bail!("names {name:?}, which no line describes; available: {}", names.join(", "))
     }
 
     fn meet(&self, element: usize, place: Place) -> Result<Point> {
@@ -238,7 +238,7 @@ fn route(start: Point, corners: &[Word], end: Point, is_upright: bool) -> Result
         match corner {
             Word::ToX(x) => at.x = *x,
             Word::ToY(y) => at.y = *y,
-            _ => bail!("has an element where a corner must be"),
+            _ => bail!("has an element instead of a corner"),
         }
         points.push(at);
     }

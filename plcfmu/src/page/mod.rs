@@ -497,7 +497,7 @@ mod tests {
         );
         assert_eq!(
             refusal("setpoint: FLOWS"),
-            "the dialog of the block: PUMP: the line \"setpoint: FLOWS\" of its dialog: no variable \"FLOWS\"; did \
+            "the dialog of the block: PUMP: the dialog line \"setpoint: FLOWS\": no variable \"FLOWS\"; did \
              you mean FLOW?"
         );
     }

@@ -436,7 +436,7 @@ mod tests {
         };
         let rest = "sources = [\"main.scl\"]\n";
         assert!(error("DATA_BLOCK x\n").starts_with("1:12: "), "{}", error("DATA_BLOCK x\n"));
-        assert_eq!(error(&format!("{rest}cycle = 5\n")), "2:9: expected a text in quotation marks; found 5");
+        assert_eq!(error(&format!("{rest}cycle = 5\n")), "2:9: expected a string in quotation marks; found 5");
         assert_eq!(
             error(&format!("{rest}cycle = \"soon\"\n")),
             "2:9: cycle: \"soon\" is not a duration: write 2s, 100ms or 1m30s"

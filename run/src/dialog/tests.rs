@@ -74,10 +74,10 @@ fn what_cannot_be_read_is_named_with_its_line() {
     let all = format!("[A]\n{REST}, I_SEL");
     let begins = "PID: the line ";
     let cases = [
-        ("setpoint: SPP", r#""setpoint: SPP" of its dialog: no variable "SPP"; did you mean SP?"#),
-        ("set point: SP", r#""set point: SP" of its dialog: "set point" is not a role: setpoint, process value"#),
-        ("setpoint: SP, MAN", "setpoint has at most one name"),
-        ("manual: MAN", "manual has two names: the switch and the value"),
+        ("setpoint: SPP", r#"the dialog line "setpoint: SPP": no variable "SPP"; did you mean SP?"#),
+        ("set point: SP", r#"the dialog line "set point: SP": "set point" is not a role: setpoint, process value"#),
+        ("setpoint: SP, MAN", "setpoint can have at most one name"),
+        ("manual: MAN", "manual needs two names: the switch and the value"),
         ("SP, PV_IN", "write ROLE: NAMES, or [Title] to begin a group"),
         ("signal : SP", "is not a role"),
         ("[A", "a title must end with ]"),

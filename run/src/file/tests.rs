@@ -98,11 +98,11 @@ fn points_of_names_are_points_of_keys_or_tables() {
 #[test]
 fn messages_of_the_reader_name_types_in_the_words_of_a_user() {
     for (message, expected) in [
-        ("invalid type: string \"max\", expected a sequence", "expected a list; found the text \"max\""),
-        ("invalid type: map, expected a sequence", "expected a list; found a table: write [[NAME]] in place of [NAME]"),
-        ("invalid value: integer `-3`, expected u64", "expected a whole number from 0 on; found -3"),
-        ("invalid type: floating point `5.5`, expected u64", "expected a whole number from 0 on; found 5.5"),
-        ("invalid type: string \"x\", expected f64\nin `min`\n", "expected a number; found the text \"x\"; in `min`"),
+        ("invalid type: string \"max\", expected a sequence", "expected a list; found the string \"max\""),
+        ("invalid type: map, expected a sequence", "expected a list; found a table: write [[NAME]] instead of [NAME]"),
+        ("invalid value: integer `-3`, expected u64", "expected a whole number >= 0; found -3"),
+        ("invalid type: floating point `5.5`, expected u64", "expected a whole number >= 0; found 5.5"),
+        ("invalid type: string \"x\", expected f64\nin `min`\n", "expected a number; found the string \"x\"; in `min`"),
         ("unknown field `a`, expected `b` or `c`", "unknown field `a`, expected `b` or `c`"),
     ] {
         assert_eq!(super::plain(message), expected);
@@ -114,7 +114,7 @@ fn an_error_names_the_place_and_what_is_expected() {
     for (text, expected) in [
         ("step = \n", "loop.toml:1:8: "),
         ("stp = 1\n", "loop.toml:1:1: unknown field `stp`, expected one of `start`, `stop`, `step`"),
-        ("step = \"1\"\n", "loop.toml:1:8: expected a finite number, the time in seconds; found the text \"1\""),
+        ("step = \"1\"\n", "loop.toml:1:8: expected a finite number, the time in seconds; found the string \"1\""),
         ("stop = inf\n", "loop.toml:1:8: expected a finite number, the time in seconds; found inf"),
         ("exchange = \"jacobi\"\n", "loop.toml:1:12: unknown variant `jacobi`, expected `sequential` or `parallel`"),
         ("record = [\"A.B\", 1]\n", "loop.toml:1:18: "),
@@ -126,7 +126,7 @@ fn an_error_names_the_place_and_what_is_expected() {
     for (text, expected) in [
         (
             "[settings]\nPID.GAIN = \"2\"\n",
-            "loop.toml:5:12: expected a finite number, true or false; found the text \"2\"",
+            "loop.toml:5:12: expected a finite number, true or false; found the string \"2\"",
         ),
         ("[settings]\nPID.GAIN = [2]\n", "loop.toml:5:12: expected a finite number, true or false; found a list"),
         (

@@ -229,11 +229,11 @@ fn an_integer_goes_to_a_real_and_nothing_else_to_another_type() {
     assert!(plan(&system(&["P.T_PER=C.SP"], &[])).is_ok());
     assert_eq!(
         error(&system(&["C.HIGH=P.POWER"], &[])),
-        "C.HIGH cannot be connected to P.POWER: it is Boolean, and the input is Real: connect a Real output of the same \
-         FMU, such as a mean over the step (LMN)"
+        "C.HIGH cannot be connected to P.POWER: it is Boolean, but the input is Real: connect a Real output of the \
+         same FMU, such as a mean over the step (LMN)"
     );
     for connection in ["P.TEMP=C.PV_PER", "C.HIGH=C.PV_PER", "P.T_PER=C.ON", "P.TEMP=C.ON"] {
-        assert!(error(&system(&[connection], &[])).contains(", and the input is "), "{connection}");
+        assert!(error(&system(&[connection], &[])).contains(", but the input is "), "{connection}");
     }
 }
 
@@ -241,7 +241,7 @@ fn an_integer_goes_to_a_real_and_nothing_else_to_another_type() {
 fn units_have_to_be_the_same_where_both_ends_have_one() {
     assert_eq!(
         error(&system(&["P.TEMP=P.POWER"], &[])),
-        "P.TEMP cannot be connected to P.POWER: it is in degC, and the input in %: values are not converted"
+        "P.TEMP cannot be connected to P.POWER: it is in degC, but the input is in %: values are not converted"
     );
     assert!(plan(&system(&["P.TEMP=C.SP"], &[])).is_ok());
 }

@@ -349,7 +349,7 @@ fn a_setup_that_cannot_run_is_refused_and_the_present_run_goes_on() {
         (Setup { step: Some(-1.0), ..setup("LAG") }, "the communication step is -1.0 s"),
         (Setup { step: Some(f64::NAN), ..setup("LAG") }, "the communication step is NaN s"),
         (Setup { step: Some(1e6), ..setup("LAG") }, "which is more than 1000 times in a communication step"),
-        (wired("C.OUT", "P.HEAT"), "it is Real, and the input is Boolean"),
+        (wired("C.OUT", "P.HEAT"), "it is Real, but the input is Boolean"),
         (wired("C.OUT", "P.TEMP"), "the causality of P.TEMP is output"),
     ];
     for (setup, expected) in cases {
