@@ -133,7 +133,7 @@ impl Target {
     /// Checks the value that the variable would get.
     fn check(&self, value: f64) -> Result<()> {
         if !value.is_finite() {
-            bail!("{} = {value}: give values and factors whose products are finite", self.name);
+            bail!("{} = {value}: use values and factors whose products are finite", self.name);
         }
         plan::value(self.kind, Value::Number(value)).with_context(|| format!("{} = {value:?}", self.name))?;
         Ok(())
@@ -236,7 +236,7 @@ impl Axes {
     pub(crate) fn warnings(&self, study: &Study) -> Vec<String> {
         let mut warnings = Vec::new();
         if study.distributions() > 0 && self.samples == 1 {
-            warnings.push("samples = 1: each distribution has a single value; give the number of samples".into());
+            warnings.push("samples = 1: each distribution yields a single value; specify the number of samples".into());
         } else if study.distributions() > 0
             && matches!(study.sampling, Sampling::Sobol | Sampling::Saltelli)
             && !study.samples.is_power_of_two()
@@ -334,7 +334,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
             return Ok(Target::new(names, &found, axis.time, None));
         }
         if found.kind == Type::Boolean {
-            bail!("{name} is Boolean, which has no factors: omit relative and write values = [false, true]");
+            bail!("{name} is Boolean, which has no factors: omit `relative` and write values = [false, true]");
         }
         let key = (found.member, found.kind, found.variable.value_reference);
         // The value in effect when the axis sets its own: the setting at the same time, else the last earlier one, else
@@ -358,7 +358,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
         match base {
             None => bail!("{name} has no start value to multiply by factors: set it in the loop"),
             Some(0.0) => bail!(
-                "{name} is 0 in the loop, so any factor leaves it 0: omit relative, or set another value in the loop"
+                "{name} is 0 in the loop, so any factor leaves it 0: omit `relative`, or set another value in the loop"
             ),
             base => Ok(Target::new(names, &found, axis.time, base)),
         }
@@ -417,7 +417,7 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
                 );
             }
             if let Some(target) = targets.iter().find(|_| axis.whole && axis.relative) {
-                bail!("{}: factors are not whole numbers: remove relative or whole", target.name);
+                bail!("{}: factors are not whole numbers: remove `relative` or `whole`", target.name);
             }
             let distribution = Distribution::new(&axis.along).context("it is a distribution")?;
             let ends =

@@ -30,12 +30,12 @@ impl Study {
         }
         let distributions = self.distributions();
         if self.samples == 0 {
-            bail_at!("samples", "samples = 0: give the number of samples of the distributions, 1 or more");
+            bail_at!("samples", "samples = 0: specify the number of samples of the distributions, 1 or more");
         }
         if distributions == 0 && self.samples > 1 {
             bail_at!(
                 "samples",
-                "samples = {}, but no axis has a distribution: omit samples, or give an axis uniform, normal, \
+                "samples = {}, but no axis has a distribution: omit `samples`, or give an axis uniform, normal, \
                  log_normal or triangular",
                 self.samples
             );
@@ -59,7 +59,7 @@ impl Study {
             if self.samples > SOBOL_SAMPLES {
                 bail_at!(
                     "samples",
-                    "samples = {}: a Sobol sequence has at most {SOBOL_SAMPLES}; use fewer, or sampling = \
+                    "samples = {}: a Sobol sequence has at most {SOBOL_SAMPLES} samples; use fewer, or set sampling = \
                      \"latin_hypercube\"",
                     self.samples
                 );
@@ -67,8 +67,8 @@ impl Study {
             if distributions > most {
                 bail_at!(
                     "sampling",
-                    "{distributions} axes have distributions: a Sobol sequence has at most {most}; use fewer, or \
-                     sampling = \"latin_hypercube\""
+                    "{distributions} axes have distributions: a Sobol sequence supports at most {most}; use fewer, or \
+                     set sampling = \"latin_hypercube\""
                 );
             }
         }
@@ -120,7 +120,7 @@ impl Study {
         let (own, first) = (axis.along.length(), other.along.length());
         if own != first {
             bail!(
-                "it has {}, but {} of the same group has {first}: give both the same number",
+                "it has {}, but {} in the same group has {first}: both must have the same number",
                 counted(own as usize, "value"),
                 other.label(leader)
             );
@@ -129,7 +129,7 @@ impl Study {
         if let Some(before) = before.filter(|_| !axis.names.is_empty()) {
             let (other, place) = (&self.axes[before], self.axes[before].label(before));
             if self.leader(before) != leader {
-                bail!("its rows belong to named loops, and so do those of {place}: give both the same group");
+                bail!("its rows belong to named loops, as do those of {place}: put both in the same group");
             }
             let names = other.names.iter().zip(&axis.names);
             if let Some((row, (other, own))) = (1..).zip(names).find(|(_, (other, own))| other != own) {
@@ -141,10 +141,10 @@ impl Study {
         }
         let is_drawn = Distribution::new(&axis.along).is_some();
         if is_drawn && axis.group.is_some() {
-            bail!("a distribution has a sample for each point of a group anyway: remove group");
+            bail!("a distribution is sampled at each point of a group anyway: remove `group`");
         }
         if axis.whole && !is_drawn {
-            bail!("whole is for distributions: write whole numbers, and remove whole");
+            bail!("`whole` applies only to distributions: write whole numbers, and remove `whole`");
         }
         Ok(())
     }
@@ -173,7 +173,7 @@ impl Study {
 impl Window {
     fn check(self) -> Result<()> {
         if [self.from, self.to].into_iter().flatten().any(|time| !time.is_finite()) {
-            bail!("give finite times in seconds, or omit from or to");
+            bail!("specify finite times in seconds, or omit `from` or `to`");
         }
         if let (Some(from), Some(to)) = (self.from, self.to)
             && from >= to
@@ -193,7 +193,7 @@ impl Limit {
             }
         }
         match (self.min, self.max) {
-            (None, None) => bail!("{name} has no limit: give min, max or both"),
+            (None, None) => bail!("{name} has no limit: specify `min`, `max` or both"),
             (Some(min), Some(max)) if min > max => {
                 bail!("{name}: min = {min:?} is above max = {max:?}: swap them")
             }
@@ -215,7 +215,7 @@ impl Axis {
         if let Some(time) = self.time
             && !time.is_finite()
         {
-            bail_at!("time", "time = {time:?}: give a time in seconds");
+            bail_at!("time", "time = {time:?}: specify a time in seconds");
         }
         self.along.check(self.variables.len()).at(self.along.name())?;
         let bounds = Distribution::new(&self.along).filter(|_| self.whole).map(|of| of.bounds());
@@ -223,8 +223,8 @@ impl Axis {
             let name = self.along.name();
             bail_at!(
                 name,
-                "{name}: no whole number lies between min = {min:?} and max = {max:?}: give bounds with one between them, or \
-                 remove whole"
+                "{name}: no whole number lies between min = {min:?} and max = {max:?}: choose bounds with one between \
+                 them, or remove `whole`"
             );
         }
         Ok(())
@@ -259,18 +259,18 @@ impl Along {
         match self {
             Along::Values(values) => {
                 if values.is_empty() {
-                    bail!("values is empty: give at least one value");
+                    bail!("`values` is empty: specify at least one value");
                 }
                 values.iter().try_for_each(|value| finite_value(*value))
             }
             Along::Rows(rows) => {
                 if rows.is_empty() {
-                    bail!("values is empty: give at least one row");
+                    bail!("`values` is empty: specify at least one row");
                 }
                 for (number, row) in rows.iter().enumerate() {
                     if row.len() != variables {
                         let (values, variables) = (counted(row.len(), "value"), counted(variables, "variable"));
-                        bail!("row {} of values has {values} for {variables}: give each variable one", number + 1);
+                        bail!("row {} of `values` has {values} for {variables}: each variable needs one", number + 1);
                     }
                     row.iter().try_for_each(|value| finite_value(*value))?;
                 }
@@ -284,7 +284,7 @@ impl Along {
                     );
                 }
                 if from == to {
-                    bail!("range: from and to are both {from:?}: give different ends, or write values = [{from:?}]");
+                    bail!("range: from and to are both {from:?}: use different ends, or write values = [{from:?}]");
                 }
                 if *logarithmic && !(*from > 0.0 && *to > 0.0) {
                     bail!(
@@ -313,7 +313,7 @@ impl Along {
                 match Distribution::new(self) {
                     Some(Distribution::Truncated { share, .. }) if share <= 0.0 => bail!(
                         "normal: min and max leave nothing of the distribution, whose mean is {mean:?} and deviation {deviation:?}: \
-                         give bounds closer to the mean"
+                         use bounds closer to the mean"
                     ),
                     _ => Ok(()),
                 }
@@ -343,14 +343,14 @@ fn counted(count: usize, what: &str) -> String {
 
 fn finite_value(value: Value) -> Result<()> {
     match value {
-        Value::Number(number) if !number.is_finite() => bail!("values has {number}: give finite numbers"),
+        Value::Number(number) if !number.is_finite() => bail!("`values` contains {number}: use finite numbers"),
         _ => Ok(()),
     }
 }
 
 fn finite(what: &str, numbers: &[(&str, f64)]) -> Result<()> {
     match numbers.iter().find(|(_, number)| !number.is_finite()) {
-        Some((name, number)) => bail!("{what}: {name} = {number}: give a finite number"),
+        Some((name, number)) => bail!("{what}: {name} = {number}: use a finite number"),
         None => Ok(()),
     }
 }
@@ -367,7 +367,7 @@ fn ordered(what: &str, (low, min): (&str, f64), (high, max): (&str, f64)) -> Res
         bail!("{what}: {low} = {min:?} is above {high} = {max:?}: swap them");
     }
     if min == max {
-        bail!("{what}: {low} and {high} are both {min:?}: give different bounds, or write values = [{min:?}]");
+        bail!("{what}: {low} and {high} are both {min:?}: use different bounds, or write values = [{min:?}]");
     }
     Ok(())
 }
@@ -377,5 +377,5 @@ fn spread(what: &str, min: f64, max: f64) -> Result<()> {
     if (max - min).is_finite() {
         return Ok(());
     }
-    bail!("{what}: {min:?} and {max:?} are too far apart: give bounds whose difference is below 1.8e308")
+    bail!("{what}: {min:?} and {max:?} are too far apart: use bounds whose difference is below 1.8e308")
 }

@@ -47,7 +47,7 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
             );
             ensure!(
                 of.rank > -1.0 && of.rank < 1.0,
-                "correlations: {names}: rank = {:?}: give a number above -1 and below 1",
+                "correlations: {names}: rank = {:?}: use a number above -1 and below 1",
                 of.rank
             );
             ensure!(
@@ -62,7 +62,7 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
     }
     cholesky(&matrix)
         .context(
-            "correlations: they contradict each other: give values closer to 0, or add the missing ones between their \
+            "correlations: they contradict each other: use values closer to 0, or add the missing ones between their \
              axes",
         )
         .at("correlations")
@@ -146,7 +146,7 @@ mod tests {
         assert!(
             error(&[(0, 1, 0.95), (1, 2, 0.95), (0, 2, -0.9)]).starts_with("correlations: they contradict each other")
         );
-        assert!(error(&[(0, 1, 1.0)]).contains("rank = 1.0: give a number above -1 and below 1"));
+        assert!(error(&[(0, 1, 1.0)]).contains("rank = 1.0: use a number above -1 and below 1"));
         assert_eq!(
             error(&[(0, 1, 0.9), (1, 0, -0.9)]),
             "correlations: P.B and P.A: their axes already have a correlation: keep only one of the two"

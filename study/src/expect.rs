@@ -141,7 +141,7 @@ impl Expectation {
                 if text.contains('=') {
                     bail!("a bound is compared with <, <=, >, >= or ==, not with =");
                 }
-                bail!("no <, <=, >, >= or ==; write for example overshoot < 10 %");
+                bail!("no <, <=, >, >= or ==; write, for example, overshoot < 10 %");
             };
             let (left, right) = (text[..at].trim(), text[at + comparison.sign().len()..].trim());
             let (of, figure) = subject(left, figures)?;
@@ -236,10 +236,10 @@ impl Expectation {
                 let (runs, fewest) = (results.count(), interval::fewest(percent));
                 let advice = match runs < fewest {
                     true => format!("at least {fewest} runs are needed"),
-                    false => "make more runs".to_string(),
+                    false => "more runs are needed".to_string(),
                 };
                 verdict.problem = Some(format!(
-                    "{} cannot decide this: {sentence}, with 95 % confidence from {} to {}; {advice}",
+                    "{} cannot decide this: {sentence} (95 % confidence interval: {} to {}); {advice}",
                     runs_text(runs),
                     end(ends.0),
                     end(ends.1)
@@ -280,7 +280,7 @@ fn subject(text: &str, figures: &[Quantity]) -> Result<(Of, usize)> {
         return Ok((Of::Each, figure));
     }
     if text.is_empty() {
-        bail!("no figure before the sign; write for example overshoot < 10 %");
+        bail!("no figure before the sign; write, for example, overshoot < 10 %");
     }
     let Some((function, name)) = text.strip_suffix(')').and_then(|text| text.split_once('(')) else {
         return Err(unknown(text, figures));
@@ -293,8 +293,8 @@ fn subject(text: &str, figures: &[Quantity]) -> Result<(Of, usize)> {
         "mean" => Of::Mean,
         _ => match function.strip_prefix('p').map(str::parse::<f64>) {
             Some(Ok(percent)) if (0.0..=100.0).contains(&percent) => Of::Percentile(percent),
-            Some(Ok(percent)) => bail!("p{percent}({name}): a percentile is from p0 to p100"),
-            _ => bail!("{function}({name}): write p95({name}), or min, median, max or mean for p95"),
+            Some(Ok(percent)) => bail!("p{percent}({name}): percentiles range from p0 to p100"),
+            _ => bail!("{function}({name}): write p95({name}), or use min, median, max or mean instead of p95"),
         },
     };
     Ok((of, find(name).ok_or_else(|| unknown(name, figures))?))
@@ -438,10 +438,10 @@ mod tests {
             ("overshoot < ten", "\"ten\" is not a number with a unit (the decimal sign is a point)"),
             ("overshoot < 2,5 %", "\"2,5 %\" is not a number with a unit (the decimal sign is a point)"),
             ("overshoot = 1", "a bound is compared with <, <=, >, >= or ==, not with ="),
-            ("overshoot", "no <, <=, >, >= or ==; write for example overshoot < 10 %"),
-            ("< 1", "no figure before the sign; write for example overshoot < 10 %"),
-            ("p101(pulses) < 1", "p101(pulses): a percentile is from p0 to p100"),
-            ("best(pulses) < 1", "best(pulses): write p95(pulses), or min, median, max or mean for p95"),
+            ("overshoot", "no <, <=, >, >= or ==; write, for example, overshoot < 10 %"),
+            ("< 1", "no figure before the sign; write, for example, overshoot < 10 %"),
+            ("p101(pulses) < 1", "p101(pulses): percentiles range from p0 to p100"),
+            ("best(pulses) < 1", "best(pulses): write p95(pulses), or use min, median, max or mean instead of p95"),
         ];
         for (text, expected) in cases {
             assert_eq!(error(text), format!("expectation {text:?}: {expected}"));
@@ -523,15 +523,17 @@ mod tests {
         assert_eq!(undecided.interval, Some((16.0, f64::INFINITY)));
         assert_eq!(
             undecided.problem.unwrap(),
-            "20 runs cannot decide this: the 95th percentile of overshoot is 18.05 %, with 95 % confidence from 16 % \
-             to any value; at least 72 runs are needed"
+            "20 runs cannot decide this: the 95th percentile of overshoot is 18.05 % (95 % confidence interval: \
+             16 % to any value); at least 72 runs are needed"
         );
         // Whatever more runs would show.
         let not_met = verdict("p95(overshoot) < 16 %");
         assert!(!not_met.is_undecided);
         assert_eq!(not_met.problem.unwrap(), "the 95th percentile of overshoot is 18.05 %");
         assert_eq!(verdict("p95(overshoot) > 15.9 %").problem, None);
-        assert!(verdict("p5(overshoot) > -1 %").problem.unwrap().contains("from any value to 3 %; at least 72 runs"));
+        assert!(
+            verdict("p5(overshoot) > -1 %").problem.unwrap().contains("interval: any value to 3 %); at least 72 runs")
+        );
         // The interval of the median: from the 6th to the 15th value.
         assert_eq!(
             (verdict("median(overshoot) < 14.1 %").problem, verdict("median(overshoot) < 5 %").is_undecided),
@@ -540,8 +542,8 @@ mod tests {
         let close = verdict("median(overshoot) < 14 %");
         assert_eq!(
             close.problem.unwrap(),
-            "20 runs cannot decide this: the median of overshoot is 9.5 %, with 95 % confidence from 5 % to 14 %; \
-             make more runs"
+            "20 runs cannot decide this: the median of overshoot is 9.5 % (95 % confidence interval: 5 % to \
+             14 %); more runs are needed"
         );
         // All the machines that there are, and what is said of the runs alone.
         assert_eq!(parse("p95(overshoot) < 100 %").verdict(&results, false).unwrap().problem, None);

@@ -72,7 +72,7 @@ impl Rows {
         let bytes = postcard::to_stdvec(row)?;
         self.encoded.write_all(&bytes).with_context(|| {
             let folder = std::env::temp_dir();
-            format!("the rows of a part cannot be written in {}: free some space there", folder.display())
+            format!("the rows of a part cannot be written to {}: free some space there", folder.display())
         })?;
         self.count += 1;
         self.size += bytes.len() as u64;

@@ -73,7 +73,8 @@ impl Reading {
         let content = self.source.as_ref().map(file::content::<Content>).transpose();
         let tune = content.map_err(|error| Subject::Outside.attach(error))?.and_then(|content| content.tune);
         tune.context(
-            "the study has no table [tune]: write one with minimize = \"iae\" and a table [[tune.search]] for each setting",
+            "the study has no [tune] table: add one with minimize = \"iae\" and a [[tune.search]] table for each \
+             setting",
         )
     }
 }
@@ -199,7 +200,7 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     if let Some(samples) = &content.samples {
         let (least, most) = (SAMPLES.start(), SAMPLES.end());
         let place = reader.place(samples.span());
-        ensure!(SAMPLES.contains(samples.get_ref()), "{place}: samples must be from {least} to {most}");
+        ensure!(SAMPLES.contains(samples.get_ref()), "{place}: samples must be between {least} and {most}");
     }
     let fixed: Vec<String> = reader.all_settings(&content.settings, &[])?.into_iter().map(|of| of.variable).collect();
     let mut tables = Vec::new();
@@ -259,9 +260,7 @@ fn description(reader: &Reader, path: &Path, fmus: Option<&Path>, file: Option<&
     let shown = path.display();
     let file = file.with_context(|| {
         let place = reader.place(0..0);
-        format!(
-            "{place}: the study names no loop: write loop = \"FILE.toml\", a description of the loop as for plcfmu run"
-        )
+        format!("{place}: the study names no loop: write loop = \"FILE.toml\", a loop description as for plcfmu run")
     })?;
     let place = reader.place(file.span());
     let path = path.with_file_name(file.get_ref());
@@ -278,7 +277,7 @@ fn correlation(reader: &Reader, of: &CorrelationOf) -> Result<Correlation> {
     let Ok(pair) = <[String; 2]>::try_from(variables.clone()) else {
         let (place, count) = (reader.place(of.variables.span()), variables.len());
         bail!(
-            "{place}: a correlation relates two variables, but variables has {count}: write a table [[correlations]] \
+            "{place}: a correlation relates two variables, but `variables` has {count}: add a [[correlations]] table \
              for each pair"
         )
     };
@@ -300,7 +299,7 @@ fn axis(reader: &Reader, axis: &Spanned<AxisOf>) -> Result<Axis> {
     let variables = match (&axis.variable, &axis.variables) {
         (Some(variable), None) => vec![variable.clone()],
         (None, Some(variables)) if !variables.is_empty() => variables.clone(),
-        (Some(_), Some(_)) => bail!("{place}: an axis has either variable or variables: remove one of them"),
+        (Some(_), Some(_)) => bail!("{place}: an axis has either `variable` or `variables`: remove one of them"),
         _ => bail!("{place}: the axis names no variable: write variable = \"FMU.VARIABLE\""),
     };
     let along = match (&axis.values, axis.tables().as_slice()) {
@@ -315,7 +314,8 @@ fn axis(reader: &Reader, axis: &Spanned<AxisOf>) -> Result<Axis> {
             let names = values.iter().map(|_| "values").chain(tables.iter().map(|(name, _)| *name));
             let names: Vec<_> = names.collect();
             bail!(
-                "{place}: the axis of {} has {}: an axis has one kind of values; write another [[axes]] for the other",
+                "{place}: the axis of {} has {}: an axis can have only one kind of values; add another [[axes]] for \
+                 the other",
                 variables.join(", "),
                 names.join(" and ")
             )
@@ -353,7 +353,7 @@ fn values(reader: &Reader, node: &Spanned<Node>, width: usize) -> Result<Along> 
     let expected = "a list of values or, for several variables, of rows [VALUE, ...]";
     let Node::List(list) = node.get_ref() else { bail!(reader.wrong(node, expected, node.get_ref())) };
     if list.is_empty() {
-        bail!("{}: values is empty: write at least one value", reader.place(node.span()));
+        bail!("{}: `values` is empty: write at least one value", reader.place(node.span()));
     }
     if !matches!(list[0].get_ref(), Node::List(_)) {
         return Ok(Along::Values(list.iter().map(|node| reader.value(node)).collect::<Result<_>>()?));
@@ -498,8 +498,8 @@ mod tests {
         let three = CORRELATED.replace("\"C.B\"]", "\"C.B\", \"C.D\"]");
         assert_eq!(
             error(&three),
-            "study.toml:10:13: a correlation relates two variables, but variables has 3: write a table \
-             [[correlations]] for each pair"
+            "study.toml:10:13: a correlation relates two variables, but `variables` has 3: add a \
+             [[correlations]] table for each pair"
         );
         let again = "[[correlations]]\nvariables = [\"C.B\", \"C.A\"]\nrank = -0.9\n";
         let reading = read_text(&format!("{CORRELATED}{again}")).unwrap();
@@ -538,14 +538,14 @@ mod tests {
     fn what_is_wrong_has_its_place_and_a_remedy() {
         assert_eq!(
             error("stop = 1"),
-            "study.toml:1:1: the study names no loop: write loop = \"FILE.toml\", a description of the loop as for plcfmu run"
+            "study.toml:1:1: the study names no loop: write loop = \"FILE.toml\", a loop description as for plcfmu run"
         );
         assert!(error("loop = \"none.toml\"").starts_with("study.toml:1:8: no file "));
         let axis = |text: &str| error(&format!("loop = \"loop.toml\"\n[[axes]]\n{text}"));
         assert_eq!(
             axis("variable = \"C.A\"\nvalues = [1]\nuniform = { min = 0, max = 1 }"),
-            "study.toml:2:1: the axis of C.A has values and uniform: an axis has one kind of values; write another \
-             [[axes]] for the other"
+            "study.toml:2:1: the axis of C.A has values and uniform: an axis can have only one kind of values; add \
+             another [[axes]] for the other"
         );
         assert!(axis("variable = \"C.A\"\nvariables = [\"C.B\"]\nvalues = [1]").contains("remove one of them"));
         assert!(axis("values = [1]").contains("write variable = \"FMU.VARIABLE\""));
@@ -559,8 +559,8 @@ mod tests {
         assert!(wrong.starts_with("study.toml:4:11: uniform: unknown field `most`"), "{wrong}");
         assert_eq!(
             axis("variable = \"C.A\"\nwhole = true\nuniform = { min = 1.2, max = 1.8 }"),
-            "study.toml:5:11: axis 1 (C.A): uniform: no whole number lies between min = 1.2 and max = 1.8: give bounds with one \
-             between them, or remove whole"
+            "study.toml:5:11: axis 1 (C.A): uniform: no whole number lies between min = 1.2 and max = 1.8: choose \
+             bounds with one between them, or remove `whole`"
         );
         for none in [
             "normal = { mean = 0.5, deviation = 0.2, min = 0.4, max = 0.6 }",
@@ -572,7 +572,7 @@ mod tests {
             );
         }
         let wrong = axis("variable = \"C.A\"\nuniform = { min = nan, max = 1 }");
-        assert_eq!(wrong, "study.toml:4:11: axis 1 (C.A): uniform: min = NaN: give a finite number");
+        assert_eq!(wrong, "study.toml:4:11: axis 1 (C.A): uniform: min = NaN: use a finite number");
         let other = |text: &str| error(&format!("loop = \"loop.toml\"\n{text}"));
         // JSON, in which workers get their job, has no NaN: here it still is one.
         assert_eq!(
@@ -581,13 +581,13 @@ mod tests {
         );
         assert_eq!(
             other("[window]\nfrom = inf"),
-            "study.toml:2:1: window: give finite times in seconds, or omit from or to"
+            "study.toml:2:1: window: specify finite times in seconds, or omit `from` or `to`"
         );
         assert!(other("samples = 5").starts_with("study.toml:2:11: samples = 5, but no axis has a distribution"));
         let wrong = axis("variable = \"C.A\"\nvalue = [1]");
         assert!(wrong.starts_with("study.toml:4:1: unknown field `value`, expected one of"), "{wrong}");
         assert!(wrong.ends_with("; did you mean values?"), "{wrong}");
         assert_eq!(other("[settings]\nC = 3"), "study.toml:3:1: C is an FMU: name its variable, C.VARIABLE = VALUE");
-        assert!(error("loop = \"loop.toml\"\nsamples = 0").ends_with("samples must be from 1 to 1000000000"));
+        assert!(error("loop = \"loop.toml\"\nsamples = 0").ends_with("samples must be between 1 and 1000000000"));
     }
 }

@@ -355,11 +355,11 @@ pub fn text(report: &Report) -> Result<String> {
     let intervals = intervals(report);
     let has_one = |cells: &[String; 3]| cells.iter().any(|cell| cell != TOO_FEW);
     if intervals.iter().any(|(_, cells)| has_one(cells)) {
-        let head = ["with 95 % confidence", "5 %", "median", "95 %"].map(str::to_string);
+        let head = ["95 % confidence interval", "5 %", "median", "95 %"].map(str::to_string);
         let rows = intervals.into_iter().map(|(figure, [low, middle, high])| [figure, low, middle, high]);
         write_table(&mut text, &[head].into_iter().chain(rows).collect::<Vec<_>>());
     } else if !intervals.is_empty() {
-        let _ = writeln!(text, "  {TOO_FEW} for intervals with 95 % confidence");
+        let _ = writeln!(text, "  {TOO_FEW} for 95 % confidence intervals");
     }
     for column in 0..summary.figures.len() {
         for sentence in absent_texts(report, column)? {

@@ -68,7 +68,7 @@ pub fn read(
 ) -> Result<Rows> {
     let shown = path.display().to_string();
     let of_columns = |given: Given| {
-        ensure!(fmu.is_none(), "{shown}: the columns of the file name FMUs with their variables: omit fmu");
+        ensure!(fmu.is_none(), "{shown}: the column names already name the FMUs: omit `fmu`");
         given.rows(&shown)
     };
     match path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase).as_deref() {
@@ -90,7 +90,7 @@ impl Given {
             !variables.is_empty(),
             "{shown}: no column is a variable: name columns FMU.VARIABLE, such as PUMP.SPEED"
         );
-        ensure!(!rows.is_empty(), "{shown}: the file has no rows: a row for each loop is needed");
+        ensure!(!rows.is_empty(), "{shown}: the file has no rows: add a row for each loop");
         let mut columns = BTreeMap::new();
         for (name, number) in &variables {
             if let Some(before) = columns.insert(name, number) {

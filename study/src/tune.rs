@@ -191,7 +191,7 @@ impl Tune {
             bail_at!("evaluations", "evaluations = {}: it must be from 10 to 100000", self.evaluations);
         }
         if self.search.is_empty() {
-            bail!("nothing to search: write a table [[tune.search]] with variable, min and max for each setting");
+            bail!("nothing to search: add a [[tune.search]] table with `variable`, `min` and `max` for each setting");
         }
         if self.search.len() > MOST_VARIABLES {
             bail_at!("search", "{} variables are searched: at most {MOST_VARIABLES} are possible", self.search.len());
@@ -203,7 +203,7 @@ impl Tune {
                     bail!("{variable} is searched from {min} to {max}: min must be below max");
                 }
                 if self.search[..number].iter().any(|other| other.variable == *variable) {
-                    bail!("{variable} is searched twice: remove one of the tables [[tune.search]]");
+                    bail!("{variable} is searched twice: remove one of the [[tune.search]] tables");
                 }
                 Ok(())
             };

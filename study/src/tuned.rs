@@ -48,8 +48,8 @@ impl Found<'_> {
             };
             match (constraint.is_active(&self.best().rows), constraint.holds(&self.present.rows)) {
                 (true, true) => Some(format!("{text} is active")),
-                (true, false) => Some(format!("{text} is active, and the present settings violate it ({now})")),
-                (false, false) => Some(format!("the present settings violate {text} ({now})")),
+                (true, false) => Some(format!("{text} is active, but the current settings violate it ({now})")),
+                (false, false) => Some(format!("the current settings violate {text} ({now})")),
                 (false, true) => None,
             }
         };
@@ -76,11 +76,11 @@ impl Found<'_> {
             .collect();
         let what = if broken.is_empty() {
             format!(
-                "with the closest one, {} does not have a value for every plant",
+                "the closest one does not have a value of {} for every plant",
                 self.tuning.figures[self.tuning.problem.minimize].name
             )
         } else {
-            format!("the closest one misses {}", broken.join(" and "))
+            format!("the closest one violates {}", broken.join(" and "))
         };
         Some(format!("no candidate meets all constraints; {what}. Relax them, or search wider ranges"))
     }
@@ -97,7 +97,7 @@ impl Found<'_> {
             ))
         });
         let front = (self.tuning.problem.front.is_some() && self.best().is_feasible() && self.outcome.front.len() == 1)
-            .then(|| "the front is one point: both figures are lowest with the same settings".to_string());
+            .then(|| "the front is a single point: both figures are lowest with the same settings".to_string());
         ends.chain(front).collect()
     }
 

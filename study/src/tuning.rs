@@ -71,7 +71,7 @@ impl Tuning {
         let count = experiment.count();
         ensure!(
             count <= MOST_PLANTS,
-            "the axes span {count} plants: a search accepts at most {MOST_PLANTS}; use fewer samples or shorter lists"
+            "the axes span {count} plants: a search supports at most {MOST_PLANTS}; use fewer samples or shorter lists"
         );
         let varied = experiment.coordinates.len() - tune.search.len();
         let plants: Vec<Vec<f64>> = (0..count).map(|run| experiment.point(run)[..varied].to_vec()).collect();
@@ -291,7 +291,7 @@ fn identify(
     }
     remarks.extend(worst.map(|(fit, number)| {
         format!(
-            "the process value is noisy: for Ms, the plants are a lag with dead time, which fits the step of the \
+            "the process value is noisy: for Ms, the plants are a lag with dead time, which fits the step in the \
              manual value of plant {number} by {fit:.0} %; without noise, Ms is computed from the recorded step itself"
         )
     }));
@@ -377,7 +377,7 @@ fn variable(job: &Job, search: &mut Search) -> Result<f64> {
     let value = match set.map(|of| of.value) {
         Some(Value::Number(value)) => Some(value),
         Some(Value::Whole(value)) => Some(value as f64),
-        Some(Value::Boolean(_)) => bail!("{name} is set to a truth value, but it is a number"),
+        Some(Value::Boolean(_)) => bail!("{name} is set to TRUE or FALSE, but it is a number"),
         None => description.start(own),
     };
     Ok(value.unwrap_or_default())

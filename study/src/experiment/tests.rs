@@ -77,12 +77,12 @@ fn axes_of_a_group_go_together_and_the_others_span_a_grid_with_them() {
     let uneven = vec![axes[0].clone(), grouped("C.SP", &[5.0])];
     assert!(
         error(uneven)
-            .contains("it has 1 value, but axis 1 (C.GAIN) of the same group has 2: give both the same number")
+            .contains("it has 1 value, but axis 1 (C.GAIN) in the same group has 2: both must have the same number")
     );
     let uniform = || Along::Uniform { min: 1.0, max: 2.0 };
     let drawn = Axis { group: Some("x".into()), ..axis("C.SP", uniform()) };
-    assert!(error(vec![drawn]).contains("remove group"));
-    assert!(error(vec![Axis { whole: true, ..axes[1].clone() }]).contains("whole is for distributions"));
+    assert!(error(vec![drawn]).contains("remove `group`"));
+    assert!(error(vec![Axis { whole: true, ..axes[1].clone() }]).contains("`whole` applies only to distributions"));
     let named = |axis: &Axis, names: [&str; 2]| Axis { names: names.map(String::from).to_vec(), ..axis.clone() };
     let swapped = error(vec![named(&axes[0], ["TIC1", "TIC2"]), named(&axes[2], ["TIC2", "TIC1"])]);
     assert!(
@@ -90,7 +90,7 @@ fn axes_of_a_group_go_together_and_the_others_span_a_grid_with_them() {
         "{swapped}"
     );
     let apart = Axis { group: None, ..named(&axes[2], ["TIC1", "TIC2"]) };
-    assert!(error(vec![named(&axes[0], ["TIC1", "TIC2"]), apart]).contains("give both the same group"));
+    assert!(error(vec![named(&axes[0], ["TIC1", "TIC2"]), apart]).contains("put both in the same group"));
     // Three runs of each loop, one after the other.
     let loops = self::experiment(vec![named(&axes[0], ["TIC1", "TIC2"]), axes[1].clone()]).loops.unwrap();
     assert_eq!([0, 2, 3, 5].map(|run| loops.name(run)), ["TIC1", "TIC1", "TIC2", "TIC2"]);
@@ -225,43 +225,43 @@ fn a_wrong_axis_is_named_with_what_is_wrong_and_what_to_do() {
     let normal = |mean, deviation, min, max| Along::Normal { mean, deviation, min, max };
     let range = |from, to, count, logarithmic| Along::Range { from, to, count, logarithmic };
     let wrong = [
-        (values(&[]), "values is empty: give at least one value"),
-        (values(&[f64::NAN]), "values has NaN: give finite numbers"),
-        (Along::Rows(vec![]), "values is empty: give at least one row"),
+        (values(&[]), "`values` is empty: specify at least one value"),
+        (values(&[f64::NAN]), "`values` contains NaN: use finite numbers"),
+        (Along::Rows(vec![]), "`values` is empty: specify at least one row"),
         (
             Along::Rows(vec![vec![Value::Number(1.0); 2]]),
-            "row 1 of values has 2 values for 1 variable: give each variable one",
+            "row 1 of `values` has 2 values for 1 variable: each variable needs one",
         ),
         (
             range(1.0, 2.0, 1, false),
             "range: count = 1: a range has at least 2 values; for a single one write values = [1.0]",
         ),
-        (range(1.0, 1.0, 3, false), "range: from and to are both 1.0: give different ends, or write values = [1.0]"),
+        (range(1.0, 1.0, 3, false), "range: from and to are both 1.0: use different ends, or write values = [1.0]"),
         (
             range(0.0, 1.0, 3, true),
             "range: from = 0.0, to = 1.0: both ends of a logarithmic range must be above 0; correct them, or omit logarithmic",
         ),
-        (range(1.0, f64::INFINITY, 3, false), "range: to = inf: give a finite number"),
+        (range(1.0, f64::INFINITY, 3, false), "range: to = inf: use a finite number"),
         (Along::Uniform { min: 2.0, max: 1.0 }, "uniform: min = 2.0 is above max = 1.0: swap them"),
         (
             Along::Uniform { min: 2.0, max: 2.0 },
-            "uniform: min and max are both 2.0: give different bounds, or write values = [2.0]",
+            "uniform: min and max are both 2.0: use different bounds, or write values = [2.0]",
         ),
         (
             Along::Uniform { min: -1e308, max: 1e308 },
-            "uniform: -1e308 and 1e308 are too far apart: give bounds whose difference is below 1.8e308",
+            "uniform: -1e308 and 1e308 are too far apart: use bounds whose difference is below 1.8e308",
         ),
         (normal(1.0, 0.0, None, None), "normal: deviation = 0.0: it must be above 0"),
         (normal(1.0, 0.1, Some(2.0), Some(1.0)), "normal: min = 2.0 is above max = 1.0: swap them"),
         (
             normal(1.0, 0.1, Some(9.0), None),
-            "normal: min and max leave nothing of the distribution, whose mean is 1.0 and deviation 0.1: give bounds closer to \
-             the mean",
+            "normal: min and max leave nothing of the distribution, whose mean is 1.0 and deviation 0.1: use bounds \
+             closer to the mean",
         ),
         (Along::LogNormal { median: -1.0, deviation: 0.1 }, "log_normal: median = -1.0: it must be above 0"),
         (
             Along::LogNormal { median: 1.0, deviation: 200.0 },
-            "the deviation is too large: C.GAIN = inf: give values and factors whose products are finite",
+            "the deviation is too large: C.GAIN = inf: use values and factors whose products are finite",
         ),
         (Along::LogNormal { median: 1.0, deviation: -0.1 }, "log_normal: deviation = -0.1: it must be above 0"),
         (
@@ -294,7 +294,7 @@ fn a_variable_that_cannot_be_varied_says_why() {
             at("C.SP", 99.0),
             "axis 1 (C.SP): C.SP cannot be set at 99.0 s: the first step begins at 0.0 s, the last at 59.5 s",
         ),
-        (at("C.SP", f64::NAN), "axis 1 (C.SP): time = NaN: give a time in seconds"),
+        (at("C.SP", f64::NAN), "axis 1 (C.SP): time = NaN: specify a time in seconds"),
         (axis("C.BITS", values(&[1.5])), "axis 1 (C.BITS): C.BITS = 1.5: it is Integer; 1.5 is not a 32-bit integer"),
         (
             axis("C.MAN_ON", values(&[2.0])),
@@ -315,12 +315,13 @@ fn a_variable_that_cannot_be_varied_says_why() {
         ),
         (
             relative("C.MAN_ON"),
-            "axis 1 (C.MAN_ON): C.MAN_ON is Boolean, which has no factors: omit relative and write values = [false, true]",
+            "axis 1 (C.MAN_ON): C.MAN_ON is Boolean, which has no factors: omit `relative` and write values = [false, \
+             true]",
         ),
         (
             relative("C.MAN"),
-            "axis 1 (C.MAN): C.MAN is 0 in the loop, so any factor leaves it 0: omit relative, or set another value in the \
-             loop",
+            "axis 1 (C.MAN): C.MAN is 0 in the loop, so any factor leaves it 0: omit `relative`, or set another value \
+             in the loop",
         ),
         (
             Axis { variables: vec![], ..axis("", one()) },
@@ -351,11 +352,11 @@ fn samples_and_runs_have_bounds() {
     let uniform = || axis("C.GAIN", Along::Uniform { min: 1.0, max: 2.0 });
     let mut job = job(vec![uniform()]);
     job.study.samples = 0;
-    assert_eq!(error(&job), "samples = 0: give the number of samples of the distributions, 1 or more");
+    assert_eq!(error(&job), "samples = 0: specify the number of samples of the distributions, 1 or more");
     job.study = Study { samples: 70_000, sampling: Sampling::Sobol, ..job.study };
     assert_eq!(
         error(&job),
-        "samples = 70000: a Sobol sequence has at most 65536; use fewer, or sampling = \"latin_hypercube\""
+        "samples = 70000: a Sobol sequence has at most 65536 samples; use fewer, or set sampling = \"latin_hypercube\""
     );
     let range = Along::Range { from: 1.0, to: 2.0, count: 20_000, logarithmic: false };
     job.study = Study { sampling: Sampling::Random, axes: vec![uniform(), axis("C.TI", range)], ..job.study };
@@ -366,8 +367,8 @@ fn samples_and_runs_have_bounds() {
     job.study.axes = vec![axis("C.GAIN", values(&[1.0]))];
     assert_eq!(
         error(&job),
-        "samples = 70000, but no axis has a distribution: omit samples, or give an axis uniform, normal, log_normal or \
-         triangular"
+        "samples = 70000, but no axis has a distribution: omit `samples`, or give an axis uniform, normal, log_normal \
+         or triangular"
     );
 }
 
@@ -404,7 +405,7 @@ fn values_outside_of_the_declared_range_are_a_warning_for_each_axis() {
 #[test]
 fn a_number_of_samples_that_is_probably_not_meant_is_a_warning() {
     let mut job = job(vec![axis("C.GAIN", Along::Uniform { min: 1.0, max: 2.0 })]);
-    let single = "samples = 1: each distribution has a single value; give the number of samples";
+    let single = "samples = 1: each distribution yields a single value; specify the number of samples";
     assert_eq!(resolved(&job).unwrap().warnings, [single]);
     job.study = Study { samples: 1000, sampling: Sampling::Sobol, ..job.study };
     let uneven = "samples = 1000: a Sobol sequence is most even with a power of 2, such as 1024";
@@ -721,8 +722,9 @@ fn a_loop_whose_figures_cannot_be_said_in_any_run_is_a_warning() {
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.window.from = None;
     job.system.settings.retain(|of| of.time.is_none());
-    let warning = "C.SP does not change during a run: rise, overshoot and settling describe the start, where it is far from \
-                   the setpoint; for the figures of a step, write [[events]] with time = SECONDS and set = { C.SP = VALUE }";
+    let warning = "C.SP does not change during a run: rise, overshoot and settling describe the initial transient, since \
+                   the run starts far from the setpoint; for step figures, write [[events]] with time = SECONDS and \
+                   set = { C.SP = VALUE }";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.axes.push(Axis { time: Some(5.0), ..axis("C.SP", values(&[20.0])) });
     assert_eq!(resolved(&job).unwrap().warnings, [""; 0]);
@@ -770,7 +772,7 @@ fn a_wrong_value_or_limit_says_what_to_do() {
         (
             vec![taken("P.TEMP", &[])],
             vec![],
-            "values: P.TEMP: take is empty: name one or more of min, max, mean and last",
+            "values: P.TEMP: `take` is empty: name one or more of min, max, mean and last",
         ),
         (
             vec![taken("P.TEMP", &[Take::Max]), taken("P.TEMP", &[Take::Min, Take::Max])],
@@ -778,7 +780,7 @@ fn a_wrong_value_or_limit_says_what_to_do() {
             "values: the figure P.TEMP.max occurs twice: remove one",
         ),
         (vec![taken("P.TEMPP", &[Take::Max])], vec![], "values: P has no variable TEMPP; did you mean P.TEMP?"),
-        (vec![], vec![limit(None, None)], "limits: C.OUT has no limit: give min, max or both"),
+        (vec![], vec![limit(None, None)], "limits: C.OUT has no limit: specify `min`, `max` or both"),
         (vec![], vec![limit(Some(2.0), Some(1.0))], "limits: C.OUT: min = 2.0 is above max = 1.0: swap them"),
         (
             vec![],

@@ -141,7 +141,7 @@ furnace <A>: 4 runs, 1 failed
                   5 %  median  95 %  worst  run
   overshoot in %  4.4       8  11.6     12    3
   iae in degC s   110     200   290    300    1
-  too few runs for intervals with 95 % confidence
+  too few runs for 95 % confidence intervals
   failed: run 2: HEATER: it <broke>\u{fffd}
 not met: overshoot < 10 %: 2 of 4 runs fail; worst: run 3: overshoot is 12 %
     50 % (15 to 85 %) of the runs meet it

@@ -134,7 +134,7 @@ pub(super) fn axis_part(axis: &Axis) -> AxisPart {
         values.push_str(", whole numbers");
     }
     if axis.relative {
-        values.push_str(", times the value of the loop");
+        values.push_str(", times the loop's value");
     }
     let when = axis.time.map_or_else(|| "from the start".into(), |time| format!("at {} s", short(time)));
     AxisPart { variables: printable(&axis.variables.join(", ")), values, when }

@@ -26,7 +26,7 @@ pub(super) fn read(path: &Path, shown: &str) -> Result<Given> {
     for (row, read) in (1..).zip(reader.get_row_iter(None).with_context(|| format!("{shown}: {hint}"))?) {
         let read = read.with_context(|| format!("{shown}: row {row} cannot be read: {hint}"))?;
         let fields: Vec<(&String, &Field)> = read.get_column_iter().collect();
-        ensure!(fields.len() == all.len(), "{shown}: row {row} has {} columns of {}", fields.len(), all.len());
+        ensure!(fields.len() == all.len(), "{shown}: row {row} has {} of {} columns", fields.len(), all.len());
         let place = |column: usize| format!("{shown}: row {row}, column {}", all[column]);
         let value = |column: &usize| value(fields[*column].1).with_context(|| place(*column));
         given.rows.push(variables.iter().map(value).collect::<Result<_>>()?);

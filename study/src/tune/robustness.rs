@@ -88,7 +88,7 @@ impl Linear {
         let member = Member { name: member.name.clone(), fmu: table.name.clone(), values };
         let controller = Controller::of_table(&member, table)?;
         if controller.is_step_controller() {
-            bail!("{} is a step controller, and its motor integrates: {SENSITIVITY_UNKNOWN}", controller.member.fmu);
+            bail!("{} is a step controller, whose motor is integrating: {SENSITIVITY_UNKNOWN}", controller.member.fmu);
         }
         let linear = Linear { controller, period: None, step: job.system.step.unwrap_or_default() };
         linear.law(&Values::new())?;
@@ -159,7 +159,7 @@ impl Linear {
             bail!("the manual value steps from {from} to {to}: they must be two different finite numbers");
         }
         if !(start < time && time < stop) {
-            bail!("the step of the manual value is at {time} s: it must be between {start} and {stop} s");
+            bail!("the step in the manual value is at {time} s: it must be between {start} and {stop} s");
         }
         let setting = |variable: &String, value: Value, time: Option<f64>| Setting {
             variable: variable.clone(),

@@ -66,7 +66,7 @@ pub fn search(
         progress,
     };
     archive.explore(first)?;
-    ensure!(!archive.candidates.is_empty(), "the search was ended before anything was evaluated");
+    ensure!(!archive.candidates.is_empty(), "the search ended before any candidate was evaluated");
     if problem.front.is_none() {
         archive.descend(problem.evaluations)?;
     } else {

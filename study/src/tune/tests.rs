@@ -176,7 +176,7 @@ fn a_search_that_is_ended_gives_what_is_known() {
     assert_eq!(outcome.candidates[0].values, [5.0], "the present settings come first");
     assert_eq!((seen.len(), seen[1].0), (2, outcome.candidates.len()));
     let none = search(&problem, None, |_| Ok(None), |_, _| {}).unwrap_err();
-    assert_eq!(none.to_string(), "the search was ended before anything was evaluated");
+    assert_eq!(none.to_string(), "the search ended before any candidate was evaluated");
 }
 
 #[test]
@@ -214,7 +214,7 @@ fn a_table_that_cannot_be_searched_is_refused_with_what_is_possible() {
     assert!(tune(&format!("minimize = \"iae\"\n{search}")).unwrap().check().is_ok());
     assert_eq!(
         error(&format!("minimize = \"iae\"\n{search}{search}")),
-        "C.GAIN is searched twice: remove one of the tables [[tune.search]]"
+        "C.GAIN is searched twice: remove one of the [[tune.search]] tables"
     );
     assert_eq!(
         error(&format!("minimize = \"iae\"\n{}", search.replace("5.0", "0.5"))),

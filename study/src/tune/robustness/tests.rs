@@ -112,7 +112,7 @@ fn a_step_that_tells_nothing_is_refused() {
     );
     assert_eq!(
         refused(&Step { time: Some(100.0), ..Step::default() }),
-        "the step of the manual value is at 100 s: it must be between 0 and 100 s"
+        "the step in the manual value is at 100 s: it must be between 0 and 100 s"
     );
 }
 
