@@ -522,8 +522,8 @@ impl<'a> Window<'a> {
                 let unit = self.signals.travel_unit.map_or_else(String::new, |unit| format!(" {unit}"));
                 let (value, since) = (short(value), short(since));
                 format!(
-                    "{why}; the manipulated value has been {value}{unit} since {since} s: it is at a limit, in manual mode, \
-                     or the deviation is within the dead band"
+                    "{why}; the manipulated value has been {value}{unit} since {since} s: it is at a limit, the \
+                     controller is in manual mode, or the deviation is within the dead band"
                 )
             }
         })

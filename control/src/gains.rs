@@ -290,7 +290,7 @@ impl Controller {
         if signs.windows(2).any(|pair| pair[0] != pair[1]) {
             return Err(format!(
                 "the gains {}, {} and {} of P, I and D have different signs: times are positive, so one GAIN cannot \
-                 give both signs",
+                 produce both signs",
                 shown(proportional),
                 shown(integral),
                 shown(derivative)
@@ -418,8 +418,8 @@ impl Controller {
                 lag => format!("(TI - TM_LAG)^2 >= 4 TI TD with TM_LAG = {} s below TI", shown(lag)),
             };
             return Err(format!(
-                "no series form has this response: that needs {bound}, but TI = {} s and TD = {} s; a series form has real \
-                 zeros only",
+                "no series form has this response: it would need {bound}, but TI = {} s and TD = {} s; a series form \
+                 has real zeros only",
                 shown(ti),
                 shown(td)
             ));

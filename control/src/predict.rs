@@ -214,7 +214,7 @@ impl Schedule {
         let period = controller.own_period().unwrap_or(cycle).max(controller.sampling());
         if period > cycle * MOST_CALLS as f64 / 10.0 {
             bail!(
-                "the pulses have a period of {period} s and the block a CYCLE of {cycle} s: the simulation would take \
+                "the pulse period is {period} s and the block's CYCLE {cycle} s: the simulation would take \
                  too many calls"
             );
         }

@@ -198,7 +198,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     if values > MOST_VALUES {
         bail!(
             "the recording has {} rows with {} outputs; at most {MOST_VALUES} values are compared: cut out the part of interest, or \
-             leave columns out",
+             omit columns",
             recording.rows,
             recording.outputs.len()
         );

@@ -630,7 +630,7 @@ fn coarseness(controller: &Controller, request: &TuneRequest) -> Option<String> 
     (controller.value(dead_band) < moved / 2.0).then(|| {
         format!(
             "The shortest pulse of {} s moves the process value by {}, and {dead_band} = {} is less than half of it: \
-             the loop will not come to rest. Shorten {pulse} or CYCLE, or set {dead_band} to {}.",
+             the loop will not settle. Shorten {pulse} or CYCLE, or set {dead_band} to {}.",
             short(seconds),
             short(moved),
             short(controller.value(dead_band)),
@@ -653,8 +653,8 @@ fn looseness(controller: &Controller, request: &TuneRequest, predicted: &Predict
     (width > 0.0 && reach > band).then(|| {
         format!(
             "{name} = {}{} is wider than the band of {} on either side of the setpoint in which this step counts as \
-             settled: the process value can stay anywhere in it, so a run may settle earlier or later than predicted. A \
-             step of more than {} shows the settling time.",
+             settled: the process value can stay anywhere in it, so a run may settle earlier or later than predicted. \
+             A step of more than {} shows the settling time.",
             short(width),
             if pulse > 0.0 { half_a_pulse() } else { String::new() },
             number(band),

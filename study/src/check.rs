@@ -50,8 +50,8 @@ impl Study {
         if is_saltelli && self.axes.iter().any(|axis| axis.along.length() > 1) {
             bail_at!(
                 "sampling",
-                "sampling = \"saltelli\" works only with distributions, but an axis has several values: make a study \
-                 for each of them, or give the axis a distribution"
+                "sampling = \"saltelli\" works only with distributions, but an axis has several values: create a \
+                 study for each value, or give the axis a distribution"
             );
         }
         if distributions > 0 && (is_saltelli || self.sampling == Sampling::Sobol) {
@@ -289,7 +289,7 @@ impl Along {
                 if *logarithmic && !(*from > 0.0 && *to > 0.0) {
                     bail!(
                         "range: from = {from:?}, to = {to:?}: both ends of a logarithmic range must be above 0; \
-                         correct them, or omit logarithmic"
+                         correct them, or omit `logarithmic`"
                     );
                 }
                 spread("range", from.min(*to), from.max(*to))

@@ -56,8 +56,8 @@ impl Reading {
         let belongs = |(number, _): &&(usize, Rows)| study.leader(*number) == study.leader(*first);
         if let Some((other, _)) = self.tables.iter().find(|table| !belongs(table)) {
             let error = Err(anyhow!(
-                "{}: its rows and those of {} span a grid, but each = true requires a single table of loops: give \
-                 both axes the same group",
+                "{}: its rows and those of {} span a grid, but each = true requires a single table of loops: put \
+                 both axes in the same group",
                 study.axes[*other].label(*other),
                 study.axes[*first].label(*first)
             ));

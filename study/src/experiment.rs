@@ -391,8 +391,8 @@ impl<C: Reset> Executor<C> {
         let anew = values(self, second);
         self.is_reset_wrong = is_reset && after_reset != anew;
         self.is_reset_wrong.then(|| {
-            "an FMU computes different results after a reset than a new instance does: each run gets new instances, \
-             which takes longer; report it to the maker of the FMU"
+            "an FMU's results after a reset differ from those of a new instance: each run gets new instances, \
+             which takes longer; report this to the FMU's vendor"
                 .into()
         })
     }

@@ -267,7 +267,7 @@ fn identify(
 ) -> Result<Vec<Arc<Plant>>> {
     let advised = |error: anyhow::Error| {
         anyhow!(
-            "{error:#}; change [tune.step], or give the plant's model in [tune], as \
+            "{error:#}; change [tune.step], or specify the plant's model in [tune]: \
              model = {{ gain = ..., time_constant = ..., dead_time = ... }}"
         )
     };

@@ -228,7 +228,7 @@ pub(super) fn times(column: &Column) -> Times {
     let scaled = |value: f64| if factor < 1.0 { value / (1.0 / factor).round() } else { value * factor };
     let remark = guess.map(|unit| {
         format!(
-            "The column {} has steps of {step} and no unit: they are read as {unit}. Add the unit to the header: {} \
+            "Column {} has steps of {step} and no unit: it is read as {unit}. Add the unit to the header: {} \
              [s].",
             column.name, column.name
         )

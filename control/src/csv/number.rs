@@ -69,7 +69,7 @@ impl Found {
         let both = |a: &(usize, usize, String), b: &(usize, usize, String)| {
             format!(
                 "line {}, column {} ({}) has {:?}, and line {}, column {} ({}) has {:?}: write all numbers with the same \
-                 decimal sign, without a sign for thousands",
+                 decimal sign, and without thousands separators",
                 a.0,
                 a.1 + 1,
                 name(a.1),

@@ -68,8 +68,8 @@ fn settings_become_a_series_form_if_there_is_one() {
     assert!(short[2].0 == "Td" && (short[2].1 / (1e-5 * (1.0 + 1e-5 / 20_000.0)) - 1.0).abs() < 1e-14, "{short:?}");
     assert_eq!(
         refusal(converted(Form::Plc, &[("GAIN", 4.0), ("TI", 20.0), ("TD", 6.0)], Form::Series)),
-        "no series form has this response: that needs TI >= 4 TD, but TI = 20 s and TD = 6 s; a series form has real zeros \
-         only"
+        "no series form has this response: it would need TI >= 4 TD, but TI = 20 s and TD = 6 s; a series form has \
+         real zeros only"
     );
     let slow_filter = [("GAIN", 4.0), ("TI", 1.0), ("TD", 1.0), ("TM_LAG", 9.0)];
     assert!(refusal(converted(Form::Plc, &slow_filter, Form::Series)).contains("TM_LAG = 9 s below TI"));

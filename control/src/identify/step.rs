@@ -195,8 +195,9 @@ impl Step {
         let unrest = self.unrest();
         if unrest > SETTLED {
             bail!(
-                "the process value still moves at the end of the record, by {:.1} % of its response in the last fifth, \
-                 and {method} needs its final level: record longer, use least squares, or choose an integrating plant",
+                "the process value is still moving at the end of the record, by {:.1} % of its response in the last \
+                 fifth, and {method} needs its final level: record longer, use least squares, or choose an \
+                 integrating plant",
                 unrest * 100.0
             );
         }
@@ -425,8 +426,8 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     let changes: Vec<usize> = (1..input.len()).filter(|at| (input[*at] - input[at - 1]).abs() > threshold).collect();
     let Some(last) = changes.last().copied() else {
         bail!(
-            "no step found: the manipulated value goes from {low} to {high}, but never by more than {:.1} % of that in \
-             one sample; change it in a single step, in manual mode",
+            "no step found: the manipulated value goes from {low} to {high}, but never by more than {:.1} % of this \
+             range in one sample; change it in a single step, in manual mode",
             threshold / span * 100.0
         );
     };

@@ -445,7 +445,7 @@ fn a_plant_of_the_wrong_kind_is_refused_with_the_fit() {
     let integrating = Model { gain: 0.05, dead_time: 1.0, is_integrating: true, ..Model::default() };
     let error = Record::new(integrating, 10.0, 0.1, 60.0).error(Method::TwoPoints);
     assert!(
-        error.contains("still moves at the end of the record") && error.ends_with("an integrating plant"),
+        error.contains("still moving at the end of the record") && error.ends_with("an integrating plant"),
         "{error}"
     );
     let error = Record::new(integrating, 10.0, 0.1, 60.0).error(Method::LeastSquares);

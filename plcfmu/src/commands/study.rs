@@ -418,7 +418,7 @@ impl Again<'_> {
         let (differing, count) = (1 + differing.count(), self.runs.len());
         Some(format!(
             "run {run}: {difference}; {differing} of {count} repeated runs differ: an FMU keeps state across a reset, so rows of \
-             the table may be wrong: repeat the study with --new-instances, and report it to the maker of the FMU"
+             the table may be wrong: repeat the study with --new-instances, and report this to the FMU's vendor"
         ))
     }
 }

@@ -239,7 +239,8 @@ fn a_wrong_axis_is_named_with_what_is_wrong_and_what_to_do() {
         (range(1.0, 1.0, 3, false), "range: from and to are both 1.0: use different ends, or write values = [1.0]"),
         (
             range(0.0, 1.0, 3, true),
-            "range: from = 0.0, to = 1.0: both ends of a logarithmic range must be above 0; correct them, or omit logarithmic",
+            "range: from = 0.0, to = 1.0: both ends of a logarithmic range must be above 0; correct them, or omit \
+             `logarithmic`",
         ),
         (range(1.0, f64::INFINITY, 3, false), "range: to = inf: use a finite number"),
         (Along::Uniform { min: 2.0, max: 1.0 }, "uniform: min = 2.0 is above max = 1.0: swap them"),
@@ -539,8 +540,8 @@ fn instances_that_cannot_be_reset_are_replaced_by_new_ones_for_each_run() {
         let (_, mut sound) = faulty(Fault::None);
         let (instances, mut make) = faulty(fault);
         let mut executor = Executor::new(experiment.clone());
-        let warning = "an FMU computes different results after a reset than a new instance does: each run gets new \
-             instances, which takes longer; report it to the maker of the FMU";
+        let warning = "an FMU's results after a reset differ from those of a new instance: each run gets new \
+             instances, which takes longer; report this to the FMU's vendor";
         assert_eq!(executor.check_reset(&mut make).as_deref(), Some(warning));
         let before = instances.get();
         for point in points(&experiment) {

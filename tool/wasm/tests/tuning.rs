@@ -158,12 +158,12 @@ fn a_pulse_of_cont_s_that_moves_the_process_value_through_the_dead_band_is_told(
     let remarks = |settings: &[(&str, f64)]| tuned(&request("CONT_S", Rule::Simc, Structure::Pi, settings)).remarks;
     // 3 s of 30 s are 10 %, and the plant has a gain of 1.
     let expected = "The shortest pulse of 3 s moves the process value by 10, and DEADB_W = 1 is less than half of it: the loop \
-                    will not come to rest. Shorten PULSE_TM or CYCLE, or set DEADB_W to 5.";
+                    will not settle. Shorten PULSE_TM or CYCLE, or set DEADB_W to 5.";
     let settings = [("CYCLE", 0.1), ("PULSE_TM", 3.0), ("MTR_TM", 30.0), ("DEADB_W", 1.0)];
     assert!(remarks(&settings).iter().any(|remark| remark == expected), "{:?}", remarks(&settings));
     for fine in [[settings[0], ("PULSE_TM", 0.3)], [settings[1], ("DEADB_W", 5.0)]] {
         let settings: Vec<_> = [settings[2], settings[3]].into_iter().chain(fine).collect();
-        assert!(!remarks(&settings).iter().any(|remark| remark.contains("will not come to rest")), "{settings:?}");
+        assert!(!remarks(&settings).iter().any(|remark| remark.contains("will not settle")), "{settings:?}");
     }
 }
 
