@@ -156,7 +156,7 @@ def test_a_foreign_fmu_is_refused_with_the_way_to_run_it(page, tmp_path):
     ("text", "why"),
     [
         ("0,60,20\n1,60,21\n", "line 1 has values but no header line above it: add one, such as time,SP,PV,LMN"),
-        ("time,SP,PV\n0,60,20\n1,60,2x\n2,60,22\n", 'line 3, column 3 (PV): "2x" is neither a number'),
+        ("time,SP,PV\n0,60,20\n1,60,2x\n2,60,22\n", 'line 3, column 3 (PV): "2x" is not a number'),
         (b"PK\3\4" + bytes(range(1, 256)), "the file is not text: it contains the character"),
     ],
     ids=["without a header", "a typing error", "no text"],

@@ -327,8 +327,8 @@ fn a_manipulated_value_at_its_limit_is_named_as_the_reason() {
     let remark = figures.all_remarks().pop().unwrap();
     assert!(
         remark.contains(
-            "been 100 % since 30 s: it is at a limit, in manual mode, or the \
-                 deviation is within the dead band"
+            "been 100 % since 30 s: it is at a limit, the controller is in manual \
+                 mode, or the deviation is within the dead band"
         ),
         "{remark}"
     );
