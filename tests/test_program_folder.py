@@ -117,7 +117,7 @@ def test_a_block_may_be_a_stub_by_name(plcfmu, tmp_path):
     text = text.replace('"Line".sent := TRUE', "#data[0] := 1")
     (tmp_path / "Main.scl").write_text(text, encoding="utf-8")
     refused = plcfmu("check", "Main.scl")
-    assert refused.returncode == 1 and "TSEND_C talks to the PLC's hardware or system" in refused.stdout
+    assert refused.returncode == 1 and "TSEND_C accesses the PLC's hardware or system" in refused.stdout
     done = plcfmu("build", "Main.scl", "--cycle=10ms", "--stub", "TSEND_C")
     assert done.returncode == 0, done.stderr
     assert interface(tmp_path / "Main.fmu")["Connection.DONE"][0] == "input"

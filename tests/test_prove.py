@@ -82,7 +82,7 @@ def test_what_is_no_result_cannot_be_read(prove, tmp_path):
     assert done.returncode == 3 and "PLCF" in done.stderr
     path.write_bytes(b"PLCF")
     done = prove("--read", path)
-    assert done.returncode == 3 and "it has 4 bytes; the result of a proof has 36" in done.stderr
+    assert done.returncode == 3 and "it has 4 bytes; a proof result has 36" in done.stderr
     assert prove("--read", tmp_path / "none.bin").returncode == 3
 
 

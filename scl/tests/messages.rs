@@ -132,9 +132,12 @@ fn what_has_no_value_outside_of_a_plc_is_refused() {
         "#i := PEEK(area := 16#84, dbNumber := 1, byteOffset := 0);",
         "PEEK is not supported; assign the variables themselves",
     );
-    refused("\"MC_Power\"(Axis := 1);", "MC_POWER talks to the PLC's hardware or system; turn its values into inputs");
+    refused(
+        "\"MC_Power\"(Axis := 1);",
+        "MC_POWER accesses the PLC's hardware or system; supply its values through inputs",
+    );
     refused("\"Fill\"();", "no source declares the function \"Fill\"");
-    refused("#i := RDREC(REQ := TRUE);", "talks to the PLC's hardware or system");
+    refused("#i := RDREC(REQ := TRUE);", "accesses the PLC's hardware or system");
     refused("#i := S_ODT(T_NO := 1);", "use TON, TOF or TP");
     refused("#t := S5T#2S;", "S5 timers: use TON, TOF or TP with T#");
     refused("#i := BCD16_TO_INT(#w);", "instead of BCD and S5TIME, use INT and TIME");
@@ -154,11 +157,11 @@ fn types_without_a_meaning_here_are_refused() {
     for of in ["S5Time", "Timer", "Counter"] {
         undeclarable(&format!("x : {of};"), "S5 timers: use TON, TOF or TP");
     }
-    undeclarable("x : TO_SpeedAxis;", "hardware: supply its values through inputs");
+    undeclarable("x : TO_SpeedAxis;", "it depends on hardware: supply its values through inputs");
     undeclarable("x : PID_Compact;", "its control law is not published; use one of CONT_C");
     undeclarable("x : Array[3..1] of Int;", "3..1 is not a valid index range");
     undeclarable("x : Array[0..2000000000] of LReal;", "this array needs more than 64 MiB, which no CPU has");
-    undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use several dimensions");
+    undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use multiple dimensions");
     undeclarable("x : Int := 'text';", "expected INT, found a string");
     undeclarable("x : Array[0..1] of Int := [1, 2, 3];", "more start values than elements");
     undeclarable("x : Array[0..1] of Int := [5(1)];", "more start values than elements");
@@ -193,7 +196,7 @@ fn types_that_do_not_fit_are_refused() {
     refused("FOR #i := 1 TO 2 DO #i := 3; END_FOR;", "the loop variable i must not be written inside its loop");
     refused("EXIT;", "EXIT is not inside a loop; RETURN leaves the block");
     refused("GOTO L1;", "no label L1 in this block");
-    refused("GOTO L1; WHILE #flag DO L1: #i := 1; END_WHILE;", "GOTO jumps into the loop of the label L1");
+    refused("GOTO L1; WHILE #flag DO L1: #i := 1; END_WHILE;", "GOTO jumps into the loop that contains the label L1");
 }
 
 #[test]
@@ -203,8 +206,8 @@ fn calls_that_do_not_fit_are_refused() {
     refused("#sub(b := #i, p := #pair);", "b must be passed with =>");
     refused("#sub(a := 1);", "the in-out parameter p is missing");
     refused("#sub(a := 1, p := #array);", "p is a \"Pair\", not an ARRAY[1..3] OF INT");
-    refused("#i := \"Twice\"();", "Twice is called without a; a function needs all its parameters");
-    refused("#i := \"Twice\"(#i, #i);", "the parameters of Twice must be supplied by name");
+    refused("#i := \"Twice\"();", "Twice is called without a; every parameter of a function must be passed");
+    refused("#i := \"Twice\"(#i, #i);", "the parameters of Twice must be passed by name");
     refused("\"Sub\"(a := 1);", "Sub is called without an instance; declare an instance");
     refused(
         "#i := #sub(a := 1, p := #pair);",
@@ -308,7 +311,7 @@ fn what_may_surprise_is_told() {
     warned("#r := #i * 0.1;", "LREAL becomes REAL: it is rounded");
     warned(
         "#i := INT#1 + 50000;",
-        "50000 does not fit INT: it becomes -15536; give the constant a type, such as DINT#50000",
+        "50000 does not fit in INT: it becomes -15536; give the constant a type, such as DINT#50000",
     );
     warned("#i := #d;", "DINT becomes INT: its high bits are cut off");
     warned("#u := #i;", "INT becomes UINT: a negative number becomes a large one");

@@ -15,7 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Phrases that occur in the errors for undeclared names.
-const LACKS: [&str; 2] = ["no source declares", "talks to the PLC's hardware or system"];
+const LACKS: [&str; 2] = ["no source declares", "accesses the PLC's hardware or system"];
 
 /// The number of calls of a program that checks itself, 100 ms apart; another program is called once.
 const CALLS: i64 = 12;

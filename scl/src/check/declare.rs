@@ -41,7 +41,7 @@ impl Compiler<'_> {
                 };
                 let most = if *is_wide { 16382 } else { 254 };
                 if !(1..=most).contains(&capacity) {
-                    let message = format!("a string of {capacity} characters: 1 to {most} are possible");
+                    let message = format!("a string of {capacity} characters: the length must be 1 to {most}");
                     self.error(written.span, message, None);
                     return Type::Wrong;
                 }
@@ -71,7 +71,7 @@ impl Compiler<'_> {
                 }
                 if matches!(of, Type::Array(_) | Type::Open(..)) {
                     let message = "an array of arrays is not supported";
-                    self.error(written.span, message, Some("use several dimensions: ARRAY[0..1, 0..2]"));
+                    self.error(written.span, message, Some("use multiple dimensions: ARRAY[0..1, 0..2]"));
                     return Type::Wrong;
                 }
                 let array = Type::Array(Rc::new(Array { bounds: known, of }));
@@ -93,8 +93,8 @@ impl Compiler<'_> {
             "POINTER" | "ANY" | "VARIANT" | "REF_TO" | "DB_ANY" => {
                 "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]"
             }
-            "ERRORSTRUCT" => "an error stops the FMU and reports file and line; leave it out",
-            _ => "hardware: supply its values through inputs",
+            "ERRORSTRUCT" => "remove it: an error stops the FMU and reports file and line",
+            _ => "it depends on hardware: supply its values through inputs",
         };
         self.error(span, format!("{name} is not supported"), Some(help));
         Type::Wrong

@@ -196,7 +196,7 @@ impl Starting<'_, '_> {
                 for (index, (low, high)) in indices.iter().zip(&array.bounds) {
                     let (low, high) = (i64::from(*low), i64::from(*high));
                     if !(low..=high).contains(index) {
-                        let message = format!("the start value has index {index}, which is outside {low}..{high}");
+                        let message = format!("the start value index {index} is outside {low}..{high}");
                         self.compiler.error(span, message, None);
                         return;
                     }
@@ -218,7 +218,7 @@ impl Starting<'_, '_> {
             }
             None => {
                 let name = if let PathStep::Member(name) = part { name.text.as_str() } else { "an element" };
-                let message = format!("there is a start value for {name}, which {of} does not have");
+                let message = format!("this is a start value for {name}, which {of} does not have");
                 self.compiler.error(span, message, Some("export the block again"));
             }
         }
@@ -268,7 +268,7 @@ impl Starting<'_, '_> {
             Some(part) => self.write(of, start, part),
             None => {
                 let span = self.span(start);
-                self.compiler.error(span, "there are more start values than elements", None);
+                self.compiler.error(span, "more start values than elements", None);
             }
         }
         // Report the first excess value only.

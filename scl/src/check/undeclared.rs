@@ -267,7 +267,7 @@ impl Compiler<'_> {
 
     fn tell_missing(&mut self, missing: &Undeclared) {
         let Undeclared { name, span, what, .. } = missing;
-        let sources = || "in TIA Portal: Generate source from blocks, including dependent ones".into();
+        let sources = || "in TIA Portal: Generate source from blocks, including all dependent blocks".into();
         let (what, help): (&str, Remedy) = match what {
             What::Variable => {
                 let all = missing.members();

@@ -65,7 +65,7 @@ const MOST: usize = 100_000;
 const MOST_ELEMENTS: usize = 1000;
 
 /// The advice given for a variable that is not shown.
-const COPY: &str = "add an output to the block for the values that a host reads";
+const COPY: &str = "add outputs to the block for the values that the host reads";
 
 /// The exposed variables of a block, or the exposed globals.
 #[derive(Debug, Default)]
@@ -192,7 +192,7 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
             if role != Role::Local {
                 let of = elementary.name();
                 let message =
-                    format!("{name} is of type {of}, which FMI numbers cannot represent exactly: it is not shown");
+                    format!("{name} is of type {of}, which FMI numbers cannot represent exactly, so it is not shown");
                 found.notes.push((message, "use a DTL, whose members are shown"));
             }
         }

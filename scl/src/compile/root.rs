@@ -278,13 +278,13 @@ impl Compiler<'_> {
                     "{} is called as often as {}: the sources do not specify its period",
                     self.blocks[block].name, self.blocks[main].name
                 );
-                self.warn(self.name_of(block), message, Some("specify both blocks to call, each with its cycle"));
+                self.warn(self.name_of(block), message, Some("specify both blocks as calls, each with its cycle"));
             }
             cyclic.push(main);
         }
         for block in events {
             let message = format!("{} is not called: its event never occurs here", self.blocks[block].name);
-            self.warn(self.name_of(block), message, Some("add it to the blocks to call if it is needed"));
+            self.warn(self.name_of(block), message, Some("if it is needed, specify it as one of the calls"));
         }
         Some(cyclic.into_iter().map(Target::Function).collect())
     }

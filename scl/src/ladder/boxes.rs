@@ -19,7 +19,7 @@ impl Lowerer<'_> {
         let pins: BTreeSet<String> = self.result_pins(element, number);
         if let Some(pin) = pins.iter().find(|pin| !pin.starts_with("OUT") && *pin != "RET_VAL") {
             let message = format!("{} has no pin {}", element.name, pin.to_lowercase());
-            self.report.error(span, message, Some("draw it again"));
+            self.report.error(span, message, Some("redraw it"));
             return;
         }
         let targets: Vec<(&str, ExpressionId)> = match formula {
@@ -87,7 +87,7 @@ impl Lowerer<'_> {
         let selected = |pin: &str| pin.strip_prefix("OUT").and_then(|number| number.parse::<i64>().ok());
         for pin in self.result_pins(element, number) {
             let (message, help) = if pin != "ELSE" && selected(&pin).is_none() {
-                (format!("{} has no pin {}", element.name, pin.to_lowercase()), "draw it again")
+                (format!("{} has no pin {}", element.name, pin.to_lowercase()), "redraw it")
             } else if self.is_awaited(&(number, pin.clone())) {
                 let message = format!("{}: {} is wired to another element", element.name, pin.to_lowercase());
                 (message, "write it to a variable, which keeps its value while K selects another output")

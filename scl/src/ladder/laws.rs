@@ -190,7 +190,7 @@ impl Lowerer<'_> {
             target = inner;
             if !matches!(law, Law::Coil(_)) {
                 let message = format!("{} has a negated operand", element.name);
-                self.report.error(span, message, Some("negate the flow in front of it"));
+                self.report.error(span, message, Some("negate the power flow before it"));
             }
         }
         let is_passed = ["OUT", "ENO"].iter().any(|pin| self.is_awaited(&(number, pin.to_string())));
@@ -236,7 +236,7 @@ impl Lowerer<'_> {
         let span = element.span;
         let Some(count) = self.operand(element, "N") else { return };
         if let Some(number) = self.whole(count).filter(|number| !(1..=MOST_BITS).contains(number)) {
-            let message = format!("{}: the number of bits is {number}", element.name);
+            let message = format!("{}: {number} is not a valid number of bits", element.name);
             self.report.error(span, message, Some(&format!("enter a number from 1 to {MOST_BITS}")));
             return;
         }

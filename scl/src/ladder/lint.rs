@@ -78,7 +78,7 @@ impl Lint<'_> {
                         let message =
                             format!("a coil in network {} writes the same variable: this one wins", before.number);
                         let help =
-                            "write it once, with all conditions in front of one coil; or use set and reset coils";
+                            "write it once, with all conditions in front of one coil, or use set and reset coils";
                         report.warning(element.span, message, Some(help));
                     }
                 }

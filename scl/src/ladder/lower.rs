@@ -210,7 +210,7 @@ impl Lowerer<'_> {
     /// The value used for a pin that carries none, which is reported as an error.
     fn no_value(&mut self, pin: &str, element: &Element) -> Value {
         if !self.report.has_errors() {
-            let message = format!("{} is wired to a pin {pin} that carries no value", element.name);
+            let message = format!("{} is wired to pin {pin}, which carries no value", element.name);
             self.report.error(element.span, message, None);
         }
         let of = self.tree.expressions.add(ExpressionKind::Wrong, element.span);
@@ -225,7 +225,7 @@ impl Lowerer<'_> {
                 // A box with unconnected EN runs, as do comparisons in FBD. A coil without a source is an error unless
                 // one was already reported.
                 if pins == ["IN"] || pins.first() == Some(&"IN") && !self.report.has_errors() {
-                    let message = format!("{} has no flow: its input is not connected", element.name);
+                    let message = format!("{} has no power flow: its input is not connected", element.name);
                     self.report.error(element.span, message, Some("wire it, or delete it"));
                 }
                 Value::TRUE
@@ -238,7 +238,7 @@ impl Lowerer<'_> {
         let value = self.input(element, pin);
         if value.is_none() {
             let message = format!("{} has no {}", element.name, pin.to_lowercase());
-            self.report.error(element.span, message, Some("enter a variable there"));
+            self.report.error(element.span, message, Some("connect a variable"));
         }
         let span = element.span;
         value.map(|value| self.expression(&value, span))
@@ -321,7 +321,7 @@ impl Lowerer<'_> {
         let output = outputs.find(|pin| !is_passed && !self.given.contains(*pin));
         if let Some(pin) = input.or(output) {
             let message = format!("{} has no pin {}", element.name, pin.to_lowercase());
-            self.report.error(element.span, message, Some("draw it again"));
+            self.report.error(element.span, message, Some("redraw it"));
         }
     }
 
@@ -332,11 +332,11 @@ impl Lowerer<'_> {
         match card.trim().parse::<usize>() {
             Ok(card) if card <= wired => {}
             Ok(card) => {
-                let message = format!("{} has {card} inputs, of which {wired} are wired", element.name);
+                let message = format!("{} has {card} inputs, but only {wired} are wired", element.name);
                 self.report.error(element.span, message, Some("wire all of them, or remove the open ones"));
             }
             Err(_) => {
-                let message = format!("{} has {} inputs, which is not a number", element.name, quoted(card));
+                let message = format!("{}: {} is not a valid number of inputs", element.name, quoted(card));
                 self.report.error(element.span, message, Some("export the block again"));
             }
         }

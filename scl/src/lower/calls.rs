@@ -410,7 +410,7 @@ impl Lowerer<'_, '_> {
     }
 
     fn told_by_position(&mut self, block: usize, span: Span) {
-        let message = format!("the parameters of {} must be supplied by name", self.compiler.blocks[block].name);
+        let message = format!("the parameters of {} must be passed by name", self.compiler.blocks[block].name);
         self.error(span, message, Some("write name := value"));
     }
 
@@ -569,7 +569,7 @@ impl Lowerer<'_, '_> {
                 continue;
             };
             if supplied.contains(&parameter.key) {
-                self.error(argument.span, format!("{} is supplied twice", parameter.name), None);
+                self.error(argument.span, format!("{} is passed twice", parameter.name), None);
             }
             supplied.push(parameter.key.clone());
             match (parameter.section, parameter.slot) {
@@ -808,7 +808,7 @@ impl Lowerer<'_, '_> {
         if !missing.is_empty() {
             let name = self.compiler.blocks[block].name.clone();
             let message = format!("{name} is called without {}", missing.join(", "));
-            self.error(span, message, Some("a function needs all its parameters"));
+            self.error(span, message, Some("every parameter of a function must be passed"));
         }
     }
 

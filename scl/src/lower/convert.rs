@@ -121,7 +121,7 @@ impl Lowerer<'_, '_> {
                 if !(low..=high).contains(&whole) && !is_bits && !is_pattern {
                     let becomes =
                         if to.scalar().is_signed() { value.bits() as i64 as i128 } else { value.bits().into() };
-                    let message = format!("{whole} does not fit {}: it becomes {becomes}", to.name());
+                    let message = format!("{whole} does not fit in {}: it becomes {becomes}", to.name());
                     self.warn(span, message, Some("give the constant a type, such as DINT#50000"));
                 }
                 Expr::Const(value)

@@ -91,7 +91,7 @@ impl Lowerer<'_, '_> {
     pub(crate) fn target(&mut self, id: ExpressionId) -> Option<Variable> {
         let span = self.span(id);
         if matches!(self.expressions()[id].kind, ExpressionKind::Call(..) | ExpressionKind::Literal(_)) {
-            self.error(span, "this cannot be assigned to", Some("write a variable"));
+            self.error(span, "this cannot be assigned to", Some("assign to a variable"));
             return None;
         }
         match self.path(id) {
@@ -300,7 +300,7 @@ impl Lowerer<'_, '_> {
             };
             let own = self.block.map(|block| &self.compiler.blocks[block]);
             let is_own = own.is_some_and(|own| own.kind == BlockKind::Function && key(&own.name) == capitals);
-            let help = is_own.then(|| format!("the value of the function is #{}", name.text));
+            let help = is_own.then(|| format!("the function value is #{}", name.text));
             self.error(name.span, format!("{} is {what}", name.text), help.as_deref());
             return Path::Wrong;
         }

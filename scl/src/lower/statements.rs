@@ -195,7 +195,7 @@ impl Lowerer<'_, '_> {
                     Some(inside) if !loops.starts_with(inside) => {
                         self.error(
                             *span,
-                            format!("GOTO jumps into the loop of the label {name}"),
+                            format!("GOTO jumps into the loop that contains the label {name}"),
                             Some("use IF in the loop"),
                         );
                     }

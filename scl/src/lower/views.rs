@@ -101,7 +101,7 @@ impl Image {
     /// Adds a variable: single bytes and truth values are packed, everything else starts at an even byte.
     fn add(&mut self, place: Place, of: &Type) -> Result<(), String> {
         match of {
-            Type::Elementary(Elementary::Dt) => Err("a DATE_AND_TIME, which a CPU keeps in BCD".to_string()),
+            Type::Elementary(Elementary::Dt) => Err("a DATE_AND_TIME, which a CPU stores in BCD,".to_string()),
             Type::Elementary(of) => {
                 match of.bits() {
                     1 => {}
@@ -117,7 +117,7 @@ impl Image {
             Type::Array(array) => {
                 let is_small = array.of.elementary().is_some_and(|of| of.bits() <= 8);
                 if is_small && array.bounds.len() > 1 {
-                    return Err("an array of several dimensions with byte or bit elements".to_string());
+                    return Err("a multidimensional array with byte or bit elements".to_string());
                 }
                 self.end = self.end.next_multiple_of(16);
                 for indices in indices(&array.bounds) {
@@ -275,11 +275,11 @@ impl Compiler<'_> {
     fn images(&self, behind: (Place, &Type), view: &View) -> Result<(Image, Image), String> {
         let at = self.at(view.span);
         let under =
-            Image::new(behind.0, behind.1, at, true).map_err(|what| format!("{what} cannot be seen through AT"))?;
+            Image::new(behind.0, behind.1, at, true).map_err(|what| format!("{what} cannot be viewed through AT"))?;
         let over = Image::new(Place::new(Base::Local(view.local)), &view.of, at, false)
             .map_err(|what| format!("{what} cannot be a view"))?;
         if over.bytes() > under.bytes() {
-            return Err(format!("the view has {} bytes, but its variable only {}", over.bytes(), under.bytes()));
+            return Err(format!("the view has {} bytes, but its variable has only {}", over.bytes(), under.bytes()));
         }
         Ok((under, over))
     }

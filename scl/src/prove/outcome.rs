@@ -92,14 +92,12 @@ impl Outcome {
     /// The bytes are not the result of a proof.
     pub fn read(bytes: &[u8]) -> Result<Outcome, String> {
         if bytes.len() < RESULT_BYTES {
-            return Err(format!("it has {} bytes; the result of a proof has {RESULT_BYTES}", bytes.len()));
+            return Err(format!("it has {} bytes; a proof result has {RESULT_BYTES}", bytes.len()));
         }
         let short = |at: usize| u16::from_be_bytes([bytes[at], bytes[at + 1]]);
         let long = |at: usize| u32::from_be_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
         if long(0) != MAGIC {
-            return Err(
-                "it is not the result of a proof: its first bytes are not PLCF; read the data block ..._RESULT".into(),
-            );
+            return Err("it is not a proof result: its first bytes are not PLCF; read the data block ..._RESULT".into());
         }
         if short(4) != FORMAT {
             return Err(format!(
@@ -111,7 +109,8 @@ impl Outcome {
             RUNNING => State::Running,
             COMPLETE => State::Complete,
             DIFFERS => {
-                let output = usize::from(short(24)).checked_sub(1).ok_or("it does not name the differing output")?;
+                let output =
+                    usize::from(short(24)).checked_sub(1).ok_or("it does not identify the differing output")?;
                 State::Differs { output, expected: long(28), found: long(32) }
             }
             other => return Err(format!("its state {other} is invalid")),

@@ -42,7 +42,7 @@ fn another_program_of_the_same_name_is_an_error_that_names_both_files() {
         let scl = SCL.replace(from, to).replace("AND NOT #b", if to == "END_VAR" { "" } else { "AND NOT #b" });
         let found = errors(&[("B.xml", drawn()), ("B.scl", scl)]);
         let expected = "B.scl:1:16: B is declared twice: first in B.xml:19; rename one of them, or leave one file out; \
-             for several PLCs, specify the folder of one";
+             if there are several PLCs, specify the folder of one";
         assert!(found.contains(expected), "{to}\n{found}");
     }
     // The whole text is compared.

@@ -77,7 +77,7 @@ fn a_network_in_a_language_that_is_not_read_is_named_and_the_others_are_checked(
     assert_eq!(
         errors.lines().collect::<Vec<_>>(),
         [
-            "T.s7dcl:37:5: FB Tank, network 1 \"Valve and mean\": networks in STL are not supported; write it in LAD, FBD or SCL, or leave its file out",
+            "T.s7dcl:37:5: FB Tank, network 1 \"Valve and mean\": networks in STL are not supported; rewrite the network in LAD, FBD or SCL, or leave the file out",
             "T.s7dcl:50:23: FB Tank, network 2: #nothing is not declared in this block",
         ]
     );

@@ -28,7 +28,7 @@ fn errors_of_networks_name_the_place() {
         ),
         (
             "RUNG A( in2 := #a ) Coil( #y ) END_RUNG",
-            "B.s7dcl:8:6: FB B, network 1 \"Start\": A: nothing is connected to in1; begin the rung with an operand, or delete it",
+            "B.s7dcl:8:6: FB B, network 1 \"Start\": A: nothing is connected to in1; start the rung with an operand, or delete the rung",
         ),
         (
             "RUNG wire#powerrail Contact( NOT #a ) Coil( #y ) END_RUNG",
@@ -52,11 +52,11 @@ fn errors_of_networks_name_the_place() {
         ),
         (
             "RUNG wire#powerrail Contact( #a ) #m.S_SR( r1 := #r, s := #b ) END_RUNG",
-            "B.s7dcl:8:35: FB B, network 1 \"Start\": S_SR #m: both the flow and a value are connected to s; remove one of them",
+            "B.s7dcl:8:35: FB B, network 1 \"Start\": S_SR #m: both power flow and a value are connected to s; remove one of them",
         ),
         (
             "RUNG Coil( #y ) END_RUNG",
-            "B.s7dcl:8:6: FB B, network 1 \"Start\": Coil #y: nothing is connected to in; begin the rung with an operand, or delete it",
+            "B.s7dcl:8:6: FB B, network 1 \"Start\": Coil #y: nothing is connected to in; start the rung with an operand, or delete the rung",
         ),
     ] {
         let found = errors(rungs);

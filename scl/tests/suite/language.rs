@@ -64,10 +64,10 @@ const ROWS: &[Row] = &[
         ],
         refused: &[(
             "FUNCTION_BLOCK S VAR s : WSTRING; b AT s : ARRAY[0..1] OF BYTE; END_VAR BEGIN b[0] := 1; END_FUNCTION_BLOCK",
-            "a WSTRING cannot be seen through AT",
+            "a WSTRING cannot be viewed through AT",
         ), (
             "FUNCTION_BLOCK S VAR d : DT; b AT d : ARRAY[0..7] OF BYTE; END_VAR BEGIN b[0] := 1; END_FUNCTION_BLOCK",
-            "which a CPU keeps in BCD",
+            "which a CPU stores in BCD",
         )],
     },
     Row {
@@ -153,8 +153,8 @@ const ROWS: &[Row] = &[
             ("#w := GET_ERR_ID();", "stops the FMU with file and line"),
             ("#y := IS_ARRAY(#a);", "write the block once for each type"),
             ("#i := Serialize(SRC_VARIABLE := #pair);", "assign the variables themselves"),
-            ("#i := RDREC(REQ := TRUE);", "turn its values into inputs"),
-            ("\"MC_Power\"(Axis := 1);", "turn its values into inputs"),
+            ("#i := RDREC(REQ := TRUE);", "supply its values through inputs"),
+            ("\"MC_Power\"(Axis := 1);", "supply its values through inputs"),
             ("#i := BCD16_TO_INT(#w);", "use INT and TIME"),
         ],
     },

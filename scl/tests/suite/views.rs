@@ -97,16 +97,16 @@ fn a_view_is_current_wherever_it_is_used() {
 #[test]
 fn what_has_no_bytes_of_a_cpu_is_refused() {
     for (declared, message) in [
-        ("s : WString; x AT s : Array[0..3] of Byte;", "a WSTRING cannot be seen through AT"),
+        ("s : WString; x AT s : Array[0..3] of Byte;", "a WSTRING cannot be viewed through AT"),
         (
             "a : Array[0..9] of Byte; x AT a : Struct n : Int; s : String[4]; END_STRUCT;",
             "a STRING, because a view has no length field, cannot be a view",
         ),
-        ("s : String[9]; x AT s : Array[0..12] of Byte;", "the view has 14 bytes, but its variable only 12"),
-        ("a : Byte; x AT a : Word;", "the view has 2 bytes, but its variable only 1"),
+        ("s : String[9]; x AT s : Array[0..12] of Byte;", "the view has 14 bytes, but its variable has only 12"),
+        ("a : Byte; x AT a : Word;", "the view has 2 bytes, but its variable has only 1"),
         ("a : Word; x AT b : Word;", "AT needs a variable of this block"),
         ("a : Word; x AT a : Byte; z AT x : Byte;", "AT needs a variable of this block"),
-        ("a : LReal; x AT a : Array[0..1, 0..3] of Byte;", "an array of several dimensions"),
+        ("a : LReal; x AT a : Array[0..1, 0..3] of Byte;", "a multidimensional array"),
         ("a : Array[0..9999] of Byte; x AT a : Array[0..9999] of Byte;", "a view of more than 4096 numbers"),
     ] {
         let text = format!("FUNCTION_BLOCK \"B\" VAR {declared} END_VAR BEGIN ; END_FUNCTION_BLOCK");

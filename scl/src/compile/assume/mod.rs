@@ -290,7 +290,7 @@ impl<'a> Declared<'a> {
                 let of =
                     self.node.ty().filter(|of| Elementary::named(&of.to_uppercase()).is_some_and(Elementary::is_whole));
                 (
-                    format!("constant {constant}: a placeholder, replace it with the actual value"),
+                    format!("constant {constant}: a placeholder; replace it with the actual value"),
                     format!("VAR_GLOBAL CONSTANT\n   \"{name}\" : {} := {constant};\nEND_VAR\n", of.unwrap_or("INT")),
                 )
             }

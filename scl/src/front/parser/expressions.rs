@@ -104,7 +104,7 @@ impl Parser<'_> {
         while let Some((operator, own)) = self.operator().filter(|(_, own)| *own > strength) {
             if operator == Binary::Power && is_signed {
                 let span = self.tree.expressions[left].span.to(self.span());
-                let message = "a sign before `**` is ambiguous: documents contradict each other on its precedence";
+                let message = "a sign before `**` is ambiguous: manuals disagree on its precedence";
                 return self.refuse(span, message, Some("write -(a ** b) or (-a) ** b"));
             }
             self.step();
@@ -256,7 +256,7 @@ impl Parser<'_> {
         if self.tree.expressions[id].depth <= MOST_LEVELS {
             return Ok(());
         }
-        let message = format!("an expression with more than {MOST_LEVELS} chained operators");
+        let message = format!("this expression has more than {MOST_LEVELS} chained operators");
         self.refuse(self.before(), &message, Some("split it into several assignments"))
     }
 

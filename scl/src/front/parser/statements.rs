@@ -153,7 +153,7 @@ impl Parser<'_> {
             }
             "NETWORK" if self.symbol_ahead(1) != ":=" => {
                 let message = "this block is in STL or LAD, not in SCL";
-                self.refuse(self.span(), message, Some("write it in SCL, or leave its file out"))?
+                self.refuse(self.span(), message, Some("rewrite it in SCL, or leave its file out"))?
             }
             _ if self.symbol_ahead(1) == ":" && self.token().kind == Kind::Word => {
                 let name: Name = self.name("a label")?;
@@ -224,7 +224,7 @@ impl Parser<'_> {
                 break;
             }
             if arms.len() == MOST_ARMS {
-                return self.refuse(self.span(), &format!("more than {MOST_ARMS} ELSIF"), Some("use CASE"));
+                return self.refuse(self.span(), &format!("more than {MOST_ARMS} ELSIF branches"), Some("use CASE"));
             }
         }
         let otherwise = if self.takes_word("ELSE") { self.statements(false) } else { Vec::new() };

@@ -101,7 +101,7 @@ impl Reader<'_> {
     fn member(&mut self, element: Element, is_in_array: bool) -> Option<Member> {
         let name = self.name(element);
         if name.text.is_empty() {
-            self.report.error(name.span, "a member without a name", Some("export the block again"));
+            self.report.error(name.span, "a member has no name", Some("export the block again"));
             return None;
         }
         let of = self.type_of(element, is_in_array);

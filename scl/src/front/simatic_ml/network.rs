@@ -58,7 +58,7 @@ impl Reader<'_> {
                         _ => language,
                     };
                     let message = format!("this network is in {language}, which is not supported");
-                    let help = "write it in LAD, FBD or SCL; the other networks are still checked";
+                    let help = "rewrite it in LAD, FBD or SCL; the other networks are still checked";
                     self.report.error(self.span(content), message, Some(help));
                 }
             }
@@ -80,11 +80,11 @@ impl Reader<'_> {
         let mut parts: Vec<(u64, &str, Element)> = Vec::new();
         for (number, part) in content.children("Parts").flat_map(Element::elements).enumerate() {
             let Some(uid) = part.attribute("UId") else {
-                self.report.error(self.span(part), "a part without UId", Some("export the block again"));
+                self.report.error(self.span(part), "a part has no UId", Some("export the block again"));
                 continue;
             };
             if !uids.insert(uid) {
-                let message = format!("two parts of the network have the UId {}", quoted(uid));
+                let message = format!("two parts of the network share the UId {}", quoted(uid));
                 self.report.error(self.span(part), message, Some("export the block again"));
                 continue;
             }
@@ -100,8 +100,8 @@ impl Reader<'_> {
                 }
                 "Part" | "Call" => parts.push((uid.parse().unwrap_or(number as u64), uid, part)),
                 other => {
-                    let message = format!("{} is not a supported part of a network", quoted(other));
-                    self.report.error(self.span(part), message, Some("draw the network again"));
+                    let message = format!("{} is not supported in a network", quoted(other));
+                    self.report.error(self.span(part), message, Some("redraw the network"));
                 }
             }
         }
@@ -151,7 +151,7 @@ impl Reader<'_> {
     fn call(&mut self, call: Element) -> ladder::Element {
         let span = self.span(call);
         let Some(info) = call.child("CallInfo") else {
-            self.report.error(span, "a call without CallInfo", Some("draw the call again"));
+            self.report.error(span, "a call has no CallInfo", Some("redraw the call"));
             return ladder::Element::new("Call", span);
         };
         let name = info.attribute("Name").unwrap_or_default();
@@ -210,7 +210,7 @@ impl Reader<'_> {
             // An open pin receives no value.
             "OpenCon" | "Openbranch" => None,
             other => {
-                let message = format!("a wire starts at {}, which is not a valid end of a wire", quoted(other));
+                let message = format!("a wire cannot start at {}", quoted(other));
                 return self.report.error(self.span(from), message, Some("export the block again"));
             }
         };
@@ -251,7 +251,7 @@ impl Reader<'_> {
                     }
                 }
                 other => {
-                    let message = format!("a wire leads to {}, which is not a valid end of a wire", quoted(other));
+                    let message = format!("a wire cannot end at {}", quoted(other));
                     self.report.error(self.span(end), message, Some("export the block again"));
                 }
             }
@@ -275,7 +275,7 @@ impl Reader<'_> {
         let full = target.into_iter().chain(from).find(is_full);
         if let Some(number) = full {
             let message = format!("{} has more than {} pins", network.elements[number].name, ladder::MOST_PINS);
-            self.report.error(self.span(end), message, Some("split it up"));
+            self.report.error(self.span(end), message, Some("split it into several"));
         }
         full.is_some()
     }

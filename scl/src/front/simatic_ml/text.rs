@@ -97,7 +97,7 @@ impl Reader<'_> {
         if self.written.is_full {
             self.written.is_full = false;
             let span = Span { file: self.file, start: at as u32, end: at as u32 };
-            self.report.error(span, "the document ends before this element has been read", Some("export it again"));
+            self.report.error(span, "the document ends inside this element", Some("export it again"));
         }
     }
 
@@ -178,7 +178,7 @@ impl Reader<'_> {
         }
         let of = constant.child("ConstantType").map_or("", |of| of.text().0);
         let Some(value) = constant.child("ConstantValue") else {
-            let message = "a constant without a value";
+            let message = "a constant has no value";
             self.report.error(self.span(constant), message, Some("enter a value"));
             return self.written.put(at, "0");
         };

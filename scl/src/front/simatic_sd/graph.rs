@@ -192,7 +192,7 @@ impl Graph<'_, '_, '_> {
                         self.error(
                             pin.span,
                             "NOT is not allowed before the wire of an output pin",
-                            "put it where the wire is used",
+                            "move it to where the wire is used",
                         );
                     }
                     // The wire may lead nowhere.
@@ -241,13 +241,13 @@ impl Graph<'_, '_, '_> {
             }
             (false, Some(law)) if is_open && needs_flow(law) => {
                 let message = format!("nothing is connected to {}", entrance.to_lowercase());
-                self.error(span, message, "begin the rung with an operand, or delete it");
+                self.error(span, message, "start the rung with an operand, or delete the rung");
             }
             (false, _) => self.connect(number, entrance, flow),
             (true, _) if is_rail => {}
             (true, Some(Law::Instance(_))) => self.connect(number, "EN", flow),
             (true, _) => {
-                let message = format!("both the flow and a value are connected to {}", entrance.to_lowercase());
+                let message = format!("both power flow and a value are connected to {}", entrance.to_lowercase());
                 self.error(span, message, "remove one of them");
             }
         }

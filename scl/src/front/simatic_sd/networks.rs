@@ -85,7 +85,7 @@ impl Parser<'_> {
             None => Ok(Language::Scl),
             Some(name) => {
                 let message = format!("networks in {name} are not supported");
-                self.refuse(begin, &message, Some("write it in LAD, FBD or SCL, or leave its file out"))
+                self.refuse(begin, &message, Some("rewrite the network in LAD, FBD or SCL, or leave the file out"))
             }
         }
     }

@@ -204,7 +204,7 @@ impl Parser<'_> {
         let mut pins = Vec::new();
         while !self.takes(")") {
             if pins.len() == MOST_PINS {
-                return self.refuse(start, &format!("more than {MOST_PINS} pins"), Some("split it up"));
+                return self.refuse(start, &format!("more than {MOST_PINS} pins"), Some("split it into several"));
             }
             pins.push(self.pin()?);
             if !self.takes(",") && !self.is_symbol(")") {

@@ -100,7 +100,7 @@ impl<'a> Reader<'a> {
         match self.next()? {
             (Event::Scalar(empty, ..), _) if matches!(&*empty, "" | "~" | "null") => {}
             (Event::SequenceStart(..), _) => while self.text()? {},
-            other => return unexpected(&other, "a list of texts"),
+            other => return unexpected(&other, "a list"),
         }
         self.expect(|event| matches!(event, Event::MappingEnd), "the end of the file")?;
         self.expect(|event| matches!(event, Event::DocumentEnd), "the end of the file")?;
@@ -117,7 +117,7 @@ impl<'a> Reader<'a> {
         match self.next()? {
             (Event::SequenceEnd, _) => return Ok(false),
             (Event::MappingStart(..), _) => {}
-            other => return unexpected(&other, "the id of a text"),
+            other => return unexpected(&other, "a text ID"),
         }
         let first = self.texts.entries.len();
         let mut id = None;
@@ -129,7 +129,7 @@ impl<'a> Reader<'a> {
             };
             let value = match self.next()? {
                 (Event::Scalar(value, ..), _) => value,
-                other => return unexpected(&other, "a text"),
+                other => return unexpected(&other, "a string"),
             };
             if key == "id" {
                 id = Some(value);
@@ -146,7 +146,7 @@ impl<'a> Reader<'a> {
 fn unexpected<T>((event, at): &(Event, Marker), expected: &str) -> Result<T, Stopped> {
     let found = match event {
         Event::Alias(_) => "an alias",
-        Event::Scalar(..) => "a text",
+        Event::Scalar(..) => "a string",
         Event::SequenceStart(..) => "a list",
         Event::MappingStart(..) => "a group",
         _ => "the end",
@@ -190,12 +190,15 @@ mod tests {
     #[test]
     fn what_is_no_list_of_texts_is_told_with_its_place() {
         let cases = [
-            ("Texts:\n", "a.s7res:1:1: expected MultiLingualTexts, found a text"),
+            ("Texts:\n", "a.s7res:1:1: expected MultiLingualTexts, found a string"),
             ("MultiLingualTexts:\n  - id: a\n    en-US: 1: 2\n", "a.s7res:3:13: this is not YAML: "),
-            ("MultiLingualTexts:\n  - id: &x a\n    en-US: *x\n", "a.s7res:3:12: expected a text, found an alias"),
-            ("MultiLingualTexts:\n  - id: a\n    en-US: [[[[[[]]]]]]\n", "a.s7res:3:12: expected a text, found a list"),
-            ("MultiLingualTexts:\n  - [a]\n", "a.s7res:2:5: expected the id of a text, found a list"),
-            ("MultiLingualTexts: []\nMore: 1\n", "a.s7res:2:1: expected the end of the file, found a text"),
+            ("MultiLingualTexts:\n  - id: &x a\n    en-US: *x\n", "a.s7res:3:12: expected a string, found an alias"),
+            (
+                "MultiLingualTexts:\n  - id: a\n    en-US: [[[[[[]]]]]]\n",
+                "a.s7res:3:12: expected a string, found a list",
+            ),
+            ("MultiLingualTexts:\n  - [a]\n", "a.s7res:2:5: expected a text ID, found a list"),
+            ("MultiLingualTexts: []\nMore: 1\n", "a.s7res:2:1: expected the end of the file, found a string"),
         ];
         for (text, expected) in cases {
             let (_, errors) = read(text);

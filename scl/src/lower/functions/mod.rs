@@ -87,7 +87,7 @@ impl Lowerer<'_, '_> {
             None => format!("{} has no parameter for this", given.name),
         };
         let span = argument.name.as_ref().map_or_else(|| self.span(argument.value), |name| name.span);
-        self.error(span, message, Some("leave it out"));
+        self.error(span, message, Some("remove it"));
     }
 
     fn computed(&mut self, given: &Given, expected: Option<Elementary>) -> Option<Operand> {

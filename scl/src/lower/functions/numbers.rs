@@ -58,7 +58,7 @@ impl Lowerer<'_, '_> {
         let operation = if given.name == "MIN" { Binary::Min } else { Binary::Max };
         let operands: Vec<Operand> = given.all().iter().map(|argument| self.operand(argument.value, None)).collect();
         if !(2..=MOST_INPUTS).contains(&operands.len()) {
-            return self.error(given.span, format!("{} has 2 to 32 inputs", given.name), None);
+            return self.error(given.span, format!("{} needs 2 to 32 inputs", given.name), None);
         }
         let Some(of) = self.common_of(&operands, expected, given.span) else { return Operand::Wrong(None) };
         let at = self.at(given.span);

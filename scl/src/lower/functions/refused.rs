@@ -18,8 +18,8 @@ const REFUSED: [(&[&str], &str, &str); 9] = [
     (
         &["GET_ERROR", "GET_ERR_ID", "GET_ERROR_ID"],
         NOT_SUPPORTED,
-        "the errors it would report, such as an index outside an array, stop the FMU with file and line; \
-         leave it out, and check the index before it is used",
+        "errors such as an index outside an array stop the FMU, which reports file and line; \
+         remove it, and check the index before using it",
     ),
     // Memory addresses and pointers.
     (
@@ -132,8 +132,8 @@ const REFUSED: [(&[&str], &str, &str); 9] = [
             "GETINSTANCE*",
             "SI_CLASSIC*",
         ],
-        "talks to the PLC's hardware or system",
-        "turn its values into inputs",
+        "accesses the PLC's hardware or system",
+        "supply its values through inputs",
     ),
     (
         &["S_ODT", "S_ODTS", "S_OFFDT", "S_PULSE", "S_PEXT", "S_CU", "S_CD", "S_CUD"],

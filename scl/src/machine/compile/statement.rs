@@ -232,7 +232,7 @@ impl Compiler<'_> {
                     passed.push((address, Some((place, ty))));
                 }
                 (Argument::Start, Home::Register(_) | Home::Memory(_), _) => passed.push((0, None)),
-                _ => return Err(format!("{} of {} is passed in the wrong way", local.name, callee.name)),
+                _ => return Err(format!("{} of {} is passed incorrectly", local.name, callee.name)),
             }
         }
         let mut outputs = Vec::new();
@@ -278,7 +278,7 @@ impl Compiler<'_> {
                     let from = self.address_of(scope, (0, *from))?;
                     self.copy(scope, (to, ty), (from, &local.ty))?;
                 }
-                _ => return Err(format!("{} of {} is passed in the wrong way", local.name, callee.name)),
+                _ => return Err(format!("{} of {} is passed incorrectly", local.name, callee.name)),
             }
         }
         Ok(())

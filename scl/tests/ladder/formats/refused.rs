@@ -51,15 +51,15 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
     let card = |count: &str| format!("<TemplateValue Name=\"Card\" Type=\"Cardinality\">{count}</TemplateValue>");
     let bools = || vec![("in1", local("a")), ("in2", local("a"))];
     let cases: Vec<Case<'_>> = vec![
-        ("A", card("3"), bools(), "out", "A: A has 3 inputs, of which 2 are wired"),
+        ("A", card("3"), bools(), "out", "A: A has 3 inputs, but only 2 are wired"),
         (
             "O",
             card("99999999999999999999"),
             bools(),
             "out",
-            "O: O has `99999999999999999999` inputs, which is not a number",
+            "O: O: `99999999999999999999` is not a valid number of inputs",
         ),
-        ("O", card("4000000000"), bools(), "out", "O: O has 4000000000 inputs, of which 2 are wired"),
+        ("O", card("4000000000"), bools(), "out", "O: O has 4000000000 inputs, but only 2 are wired"),
         ("A", String::new(), vec![("in1", local("a")), ("operand", local("a"))], "q", "A #a: A has no pin q"),
         ("Add", String::new(), vec![("in1", int(1)), ("in2", int(2)), ("x", int(3))], "out", "Add: Add has no pin x"),
         ("Add", String::new(), vec![("in1", int(1)), ("in2", int(2))], "sum", "Add: Add has no pin sum"),
@@ -72,7 +72,7 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
             String::new(),
             vec![("operand", local("y"))],
             "out",
-            "Coil #y: Coil has no flow: its input is not connected",
+            "Coil #y: Coil has no power flow: its input is not connected",
         ),
         (
             "SBitfield",
@@ -86,7 +86,7 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
             String::new(),
             vec![("en", local("a")), ("operand", local("w%X0")), ("n", int(0))],
             "eno",
-            "SBitfield #w.%X0: SBitfield: the number of bits is 0",
+            "SBitfield #w.%X0: SBitfield: 0 is not a valid number of bits",
         ),
         (
             "SCoil",
@@ -132,9 +132,9 @@ fn parts_without_a_number_of_their_own_are_told() {
     };
     assert_eq!(
         of("Name=\"Coil\" UId=\"78\"", "Name=\"Coil\" UId=\"77\""),
-        "FB B, network 1: two parts of the network have the UId `77`"
+        "FB B, network 1: two parts of the network share the UId `77`"
     );
-    assert_eq!(of("Name=\"Coil\" UId=\"78\"", "Name=\"Coil\""), "FB B, network 1: a part without UId");
+    assert_eq!(of("Name=\"Coil\" UId=\"78\"", "Name=\"Coil\""), "FB B, network 1: a part has no UId");
     assert_eq!(
         of("LocalVariable", "Statusword"),
         "FB B, network 1: Contact 0: an operand of scope Statusword is not supported"
