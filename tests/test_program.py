@@ -668,7 +668,8 @@ def test_a_file_that_is_no_source_comes_with_what_to_do(command, tmp_path):
         assert remedy[verb] in told(verb, "plant")
         assert f"motor.st {no_source}rename an SCL source to .scl" in told(verb, "motor.st")
     assert "motor.st" in (mixed := told("build", "a.scl", "motor.st", "--cycle=1s")) and "rename" in mixed
-    assert "tags.csv:1:1: write a name, a colon and a type: Start : Bool" in told("check", "a.scl", "--tag", "tags.csv")
+    wrong = told("check", "a.scl", "--tag", "tags.csv")
+    assert "tags.csv:1:1: write a name, a colon and a type, such as Start : Bool" in wrong
 
 
 def test_show_prints_a_block_in_lad_as_a_source_that_builds(command, tmp_path):

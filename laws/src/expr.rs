@@ -264,7 +264,7 @@ impl Body<'_, '_> {
             return Ok(Val::Number(value, Ty::BOOL));
         }
         let Var::Place(place, _) = self.local("both", &Ty::BOOL, it.span())? else {
-            return Err(self.error(it.span(), "this is not a truth value"));
+            return Err(self.error(it.span(), "this is not a Boolean"));
         };
         let (statements, ()) = self.apart(|this| {
             this.assign(place.clone(), left);
@@ -336,7 +336,7 @@ impl Body<'_, '_> {
             Val::Option(Some(of)) => Ty::Option(Box::new(self.ty_of(of, expr)?)),
             Val::Option(None) => Ty::Option(Box::new(Ty::Never)),
             Val::Rounded(_, _, ty) => Ty::Scalar(*ty),
-            _ => return Err(self.error(expr.span(), "this has no type that a variable can have")),
+            _ => return Err(self.error(expr.span(), "no variable can hold a value of this type")),
         })
     }
 

@@ -31,9 +31,9 @@ use scl::ir::Program;
 pub const ORIGINS: [(&str, &str); 5] = [
     ("manual", "the vendor's manual of this block"),
     ("vendor", "the vendor's later texts on this or related blocks"),
-    ("measured", "recorded at a real block"),
+    ("measured", "recorded on a real block"),
     ("observed", "published descriptions of the behaviour"),
-    ("decided", "by us, where all these are silent"),
+    ("decided", "our own choice, where all of these are silent"),
 ];
 
 /// A law as a typed program.

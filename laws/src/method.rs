@@ -72,7 +72,8 @@ impl Body<'_, '_> {
                     },
                     _ => None,
                 };
-                let op = op.ok_or_else(|| self.error(it.args.span(), "use Ordering::is_ne and the like here"))?;
+                let op =
+                    op.ok_or_else(|| self.error(it.args.span(), "use Ordering::is_ne or a similar method here"))?;
                 Ok(Val::Number(Expr::Binary(op, ty, Box::new(left), Box::new(right), at), Ty::BOOL))
             }
             Val::Number(value, ty @ Ty::New { .. }) => {
@@ -90,7 +91,7 @@ impl Body<'_, '_> {
                 }
             }
             Val::Number(value, Ty::Scalar(ty)) => self.of_number(it, &name, value, ty, &arguments),
-            _ => Err(self.error(it.receiver.span(), "this has no methods that are supported here")),
+            _ => Err(self.error(it.receiver.span(), "no methods of this value are supported here")),
         }
     }
 

@@ -135,7 +135,10 @@ pub fn milliseconds(text: &str) -> Result<u32, String> {
     let milliseconds = milliseconds.filter(|_| nanoseconds % 1_000_000 == 0);
     let milliseconds = milliseconds.map(i32::unsigned_abs);
     milliseconds.ok_or_else(|| {
-        format!("{text:?} is not a valid time between two calls: write whole milliseconds, at least 1: 100ms, 0.5s, 2s")
+        format!(
+            "{text:?} is not a valid time between two calls: \
+             write a whole number of milliseconds, at least 1, such as 100ms, 0.5s or 2s"
+        )
     })
 }
 
@@ -158,7 +161,7 @@ pub fn tag(text: &str) -> Result<Tag, String> {
 /// # Errors
 /// One of the two is missing.
 pub fn declaration(text: &str) -> Result<(String, String), String> {
-    halves(text, ':').ok_or_else(|| format!("{text:?}: write a name, a colon and a type: Start : Bool"))
+    halves(text, ':').ok_or_else(|| format!("{text:?}: write a name, a colon and a type, such as Start : Bool"))
 }
 
 /// Parses a name and its value: `MAX=5`.
@@ -166,7 +169,7 @@ pub fn declaration(text: &str) -> Result<(String, String), String> {
 /// # Errors
 /// One of the two is missing.
 pub fn constant(text: &str) -> Result<(String, String), String> {
-    halves(text, '=').ok_or_else(|| format!("{text:?}: write a name, an equals sign and a value: MAX=5"))
+    halves(text, '=').ok_or_else(|| format!("{text:?}: write a name, an equals sign and a value, such as MAX=5"))
 }
 
 fn halves(text: &str, between: char) -> Option<(String, String)> {

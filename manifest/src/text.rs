@@ -21,7 +21,7 @@ impl Manifest {
         }
         let mut manifest = Manifest::default();
         for line in lines {
-            let wrong = || format!("the line {line:?} does not belong to a program");
+            let wrong = || format!("unexpected line {line:?}");
             let (key, value) = line.split_once(" = ").ok_or_else(wrong)?;
             let pair =
                 || value.split_once(" : ").map(|(name, of)| (name.to_string(), of.to_string())).ok_or_else(wrong);
@@ -103,7 +103,7 @@ mod tests {
         };
         assert_eq!(Manifest::parse(&manifest.to_string()), Ok(manifest.clone()));
         let wrong = |from: &str, to: &str| Manifest::parse(&manifest.to_string().replace(from, to)).unwrap_err();
-        assert_eq!(wrong("pump.scl", "../pump.scl"), "the line \"source = ../pump.scl\" does not belong to a program");
+        assert_eq!(wrong("pump.scl", "../pump.scl"), "unexpected line \"source = ../pump.scl\"");
         assert_eq!(wrong("cycle = 100\n", ""), "it does not specify the time between two calls");
         assert!(wrong("program 1", "program 2").contains("first line"));
     }

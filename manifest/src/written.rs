@@ -117,7 +117,7 @@ impl<T> Many<T> {
     fn only(self, key: &str) -> Result<Option<T>, String> {
         match self.0.len() {
             0 | 1 => Ok(self.0.into_iter().next()),
-            count => Err(format!("{key} has {count} values: write one")),
+            count => Err(format!("{key} has {count} values: specify only one")),
         }
     }
 }
@@ -190,7 +190,7 @@ impl Item for Cycle {
         let milliseconds = (seconds * 1000.0).round();
         if !(1.0..=f64::from(i32::MAX)).contains(&milliseconds) || (milliseconds / 1000.0 - seconds).abs() >= 1e-9 {
             return Err(format!(
-                "the time between two calls is {seconds:?} s: write whole milliseconds, at least 0.001 s"
+                "the time between two calls is {seconds:?} s: write a whole number of milliseconds, at least 0.001 s"
             ));
         }
         Ok(Cycle(milliseconds as u32))
@@ -373,10 +373,13 @@ mod tests {
     fn what_does_not_belong_there_is_refused() {
         for (text, wrong) in [
             ("cycle = \"1\"", "\"1\" is not a duration: write 2s, 100ms or 1m30s"),
-            ("cycle = 0.0001", "the time between two calls is 0.0001 s: write whole milliseconds, at least 0.001 s"),
+            (
+                "cycle = 0.0001",
+                "the time between two calls is 0.0001 s: write a whole number of milliseconds, at least 0.001 s",
+            ),
             ("cpu = \"1100\"", "the CPU must be 300, 400, 1200 or 1500, not \"1100\""),
-            ("fb = [\"A\", \"B\"]", "run has 2 values: write one"),
-            ("tag = [\"Start\"]", "\"Start\": write a name, a colon and a type: Start : Bool"),
+            ("fb = [\"A\", \"B\"]", "run has 2 values: specify only one"),
+            ("tag = [\"Start\"]", "\"Start\": write a name, a colon and a type, such as Start : Bool"),
             ("input = [[\"a\", \"b\"]]", "expected a string or a number; found a list"),
             ("budget = -1", "the budget must be a number of statements, not \"-1\""),
         ] {

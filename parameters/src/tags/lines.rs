@@ -24,7 +24,7 @@ pub enum Declared {
 /// assert_eq!(tag.to_string(), "\"Level 1\" AT %IW64 : Int // Level; unit: mm");
 /// ```
 pub fn declaration(text: &str) -> Result<Declared, String> {
-    let expected = || "write a name, a colon and a type: Start : Bool".to_string();
+    let expected = || "write a name, a colon and a type, such as Start : Bool".to_string();
     let text = text.trim();
     let (name, rest) = match text.strip_prefix('"') {
         Some(quoted) => quoted.split_once('"').ok_or("the quotation mark is not closed")?,

@@ -448,7 +448,7 @@ mod tests {
         );
         assert_eq!(
             error(&format!("{rest}{cycle}tags = [\"A : Bool\",\n  \"B\"]\n")),
-            "4:3: \"B\": write a name, a colon and a type: Start : Bool"
+            "4:3: \"B\": write a name, a colon and a type, such as Start : Bool"
         );
     }
 
