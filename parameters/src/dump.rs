@@ -32,13 +32,13 @@ pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Re
     };
     let offset = options.offset;
     if !offset.is_multiple_of(2) {
-        report.wrong_file(format!("the offset is {offset}: an instance begins at an even byte"), None);
+        report.wrong_file(format!("the offset is {offset}: an instance starts at an even byte"), None);
         return report.finish(Vec::new());
     }
     let Some(data) = source.bytes.get(offset..).and_then(|data| data.get(..size)) else {
         let (name, length) = (&block.name, source.bytes.len());
         let behind = if offset > 0 { format!(" from byte {offset}") } else { String::new() };
-        let message = format!("{name} takes {size} bytes{behind}, but the dump has only {length}");
+        let message = format!("{name} needs {size} bytes{behind}, but the dump has only {length}");
         report.wrong_file(message, Some("read the whole data block, and check the block and the offset".into()));
         return report.finish(Vec::new());
     };

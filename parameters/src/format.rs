@@ -46,19 +46,19 @@ impl Format {
                 media_type: "text/plain",
                 // SCL's compiler has a different syntax for TITLE and VERSION and was not available for testing;
                 // untested output is not offered.
-                offered: &[("awl", "STEP 7, AWL source")],
+                offered: &[("awl", "STEP 7 AWL source")],
             },
             Format::Tia => About {
                 name: "TIA Portal source",
                 extensions: &["db"],
                 media_type: "text/plain",
-                offered: &[("db", "TIA Portal, source of a data block")],
+                offered: &[("db", "TIA Portal data block source")],
             },
             Format::Openness => About {
                 name: "TIA Openness XML",
                 extensions: &["xml"],
                 media_type: "application/xml",
-                offered: &[("xml", "TIA Portal, XML")],
+                offered: &[("xml", "TIA Portal XML")],
             },
             Format::Dump => About {
                 name: "data block dump",
@@ -76,7 +76,7 @@ impl Format {
                 name: "SSV",
                 extensions: &["ssv"],
                 media_type: "application/xml",
-                offered: &[("ssv", "SSV, parameter values of SSP")],
+                offered: &[("ssv", "SSP parameter values (SSV)")],
             },
         }
     }

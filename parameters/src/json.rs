@@ -96,7 +96,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
         let name = property.name.as_str();
         let at = span(&property.name);
         if !names.insert(name) {
-            report.wrong(at, format!("the loop {} is given twice", quoted(name)), None);
+            report.wrong(at, format!("the loop {} appears twice", quoted(name)), None);
             continue;
         }
         if names.len() > MOST_LOOPS {
@@ -111,7 +111,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
             other => {
                 let found = described(other);
                 let message = format!("{}: expected an object with the values of a loop, found {found}", quoted(name));
-                report.wrong(span(other), message, Some("the other members of the file are loops".into()));
+                report.wrong(span(other), message, Some("all other members of the file are loops".into()));
             }
         }
     }

@@ -98,18 +98,18 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
             let number = match prefixed(literal, &["B", "BYTE"]) {
                 Some(byte) => match integer(byte)? {
                     byte @ 0..=255 => byte,
-                    _ => return Err(Refusal::Range("a BYTE of B#16#0 ... B#16#FF")),
+                    _ => return Err(Refusal::Range("a BYTE from B#16#0 to B#16#FF")),
                 },
                 None => integer(untyped(literal, &["W", "WORD", "INT", "UINT", "L", "DINT"]))?,
             };
             match number {
                 -32768..=65535 => Ok(Value::Word(Word::new(number as u16 as i16))),
-                _ => Err(Refusal::Range("a WORD of W#16#0 ... W#16#FFFF, or -32768 ... 65535")),
+                _ => Err(Refusal::Range("a WORD from W#16#0 to W#16#FFFF, or from -32768 to 65535")),
             }
         }
         Kind::Int => {
             let number = integer(untyped(literal, &["INT", "L", "DINT", "B", "BYTE", "W", "WORD"]))?;
-            i16::try_from(number).map(Value::Int).map_err(|_| Refusal::Range("an INT of -32768 ... 32767"))
+            i16::try_from(number).map(Value::Int).map_err(|_| Refusal::Range("an INT from -32768 to 32767"))
         }
         Kind::Bool => {
             let literal = untyped(literal, &["BOOL"]);
@@ -124,7 +124,7 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
             let nanoseconds = duration(prefixed(literal, &["LT", "LTIME"]).ok_or(Refusal::Form)?, 1)?;
             i64::try_from(nanoseconds)
                 .map(|bits| Value::Whole(kind, bits))
-                .map_err(|_| Refusal::Range("an LTIME of 64 bits"))
+                .map_err(|_| Refusal::Range("an LTIME that fits in 64 bits"))
         }
         _ => {
             let number = match literal.split_once('#') {
@@ -236,7 +236,7 @@ const UNITS: [(&str, i128, i128); 7] = [
 /// One millisecond in nanoseconds.
 const MILLISECOND: i128 = 1_000_000;
 
-const TIME_RANGE: Refusal = Refusal::Range("a TIME of T#-24D20H31M23S648MS ... T#24D20H31M23S647MS");
+const TIME_RANGE: Refusal = Refusal::Range("a TIME from T#-24D20H31M23S648MS to T#24D20H31M23S647MS");
 
 fn milliseconds(literal: &str) -> Result<i32, Refusal> {
     let sum = duration(prefixed(literal, &["T", "TIME"]).ok_or(Refusal::Form)?, MILLISECOND)?;
@@ -292,7 +292,7 @@ pub fn duration(literal: &str, resolution: i128) -> Result<i128, Refusal> {
 
 /// The decimals of a unit that is `length` times the resolution, as a multiple of the resolution.
 fn fraction_of(decimals: &str, length: i128) -> Result<i128, Refusal> {
-    const NOT_WHOLE: Refusal = Refusal::Range("a TIME of whole milliseconds");
+    const NOT_WHOLE: Refusal = Refusal::Range("a TIME in whole milliseconds");
     // 86 400 000 000 000 has the factors 2^17 and 5^11: with more than 17 significant decimals the product is never an
     // integer.
     const MOST_DECIMALS: usize = 17;

@@ -62,7 +62,7 @@ pub(crate) fn read(
         let wrong = match member(&block, entry.name) {
             Err((message, help)) => Some((&entry.name_span, message, help)),
             Ok(index) if std::mem::replace(&mut given[index], true) => {
-                Some((&entry.name_span, format!("{} is given twice", block.members[index].name), None))
+                Some((&entry.name_span, format!("{} appears twice", block.members[index].name), None))
             }
             Ok(index) => match value(&block.members[index], entry.given) {
                 Err(message) => Some((&entry.span, message, None)),

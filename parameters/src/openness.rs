@@ -80,7 +80,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
         }
         let before = loops.len();
         if !names.insert(name.clone()) {
-            report.wrong(block.span(), format!("the data block {} is given twice", quoted(&name)), None);
+            report.wrong(block.span(), format!("the data block {} appears twice", quoted(&name)), None);
             continue;
         }
         let types = Types { blocks, chosen: chosen.as_ref() };
@@ -100,7 +100,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
     if loops.is_empty() && !report.is_wrong() {
         report.wrong_file(
             "the file contains no instance of a known block",
-            Some(format!("the known blocks are {}", list(blocks)).into()),
+            Some(format!("known blocks: {}", list(blocks)).into()),
         );
     }
     tell_apart(&mut loops, &containers);
@@ -244,7 +244,7 @@ fn instance(report: &mut Report, block: &Arc<BlockType>, at: &Place, sections: E
             continue;
         }
         if std::mem::replace(&mut given[index], true) {
-            report.wrong(element.span(), format!("{} is given twice", member.name), None);
+            report.wrong(element.span(), format!("{} appears twice", member.name), None);
             is_right = false;
             continue;
         }

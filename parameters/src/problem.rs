@@ -66,7 +66,7 @@ impl fmt::Display for Remedy {
                 write!(formatter, "name the block it is an instance of: --instance \"{name} : Block\"")
             }
             Remedy::ListMissing => {
-                formatter.write_str("plcfmu check with --assume lists them all, with what their use implies")
+                formatter.write_str("plcfmu check --assume lists them all, with the declarations their use implies")
             }
             Remedy::Stub(name) => {
                 write!(formatter, "ask its author for the source, or use only its interface with --stub {name}")

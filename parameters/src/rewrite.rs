@@ -44,7 +44,7 @@ pub fn rewrite(
         let is_it = |other: &&Loop| other.name == one.name && other.block.name == one.block.name;
         let own = before.iter().find(is_it);
         let own =
-            own.ok_or_else(|| format!("{} has no loop {} of {}", source.file, quoted(&one.name), one.block.name))?;
+            own.ok_or_else(|| format!("{} has no loop {} of type {}", source.file, quoted(&one.name), one.block.name))?;
         for (setting, old) in one.settings.iter().zip(&own.settings) {
             if same(setting.value, old.value) {
                 continue;
@@ -53,7 +53,7 @@ pub fn rewrite(
             let edit = edit(format, source, own, old, setting.value);
             edits.push(edit.ok_or_else(|| {
                 format!(
-                    "{} has no value of {member} in {} that could be replaced: write a new parameter file",
+                    "{} has no replaceable value of {member} in {}: write a new parameter file",
                     source.file, one.name
                 )
             })?);
@@ -61,7 +61,7 @@ pub fn rewrite(
         }
     }
     let bytes = edited(source, edits)
-        .ok_or_else(|| format!("{} would have characters that its encoding lacks", source.file))?;
+        .ok_or_else(|| format!("{} would contain characters that its encoding lacks", source.file))?;
     // The result is read back before it is returned, to verify that the values are where they belong.
     let result = Source::in_encoding(source.file.clone(), bytes.clone(), source.encoding);
     let after = read(format, &result, blocks, options).map_err(wrong)?.loops;

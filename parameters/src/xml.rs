@@ -239,7 +239,7 @@ impl<'t> Document<'t> {
     /// A document without elements, with capacity for the elements of the text.
     fn parse(source: &'t str) -> Result<Document<'t>, (usize, String)> {
         if u32::try_from(source.len()).is_err() {
-            return Err((0, "the file has more than 4 GB".into()));
+            return Err((0, "the file is larger than 4 GB".into()));
         }
         let begins = |pair: &&[u8]| pair[0] == b'<' && !matches!(pair[1], b'/' | b'!' | b'?' | b'<');
         let count = source.as_bytes().windows(2).filter(begins).count();

@@ -93,7 +93,7 @@ fn hostile_texts_end_in_a_sentence() {
     assert_ends(
         "a TIME of many digits",
         repeated(&format!("{BEGIN}CYCLE:=T#"), "9", &format!("S{END}")),
-        "a TIME of T#-24D",
+        "a TIME from T#-24D",
     );
     assert_ends("a TIME of many units", repeated(&format!("{BEGIN}CYCLE:=T#"), "1S", END), "expected a TIME");
     assert_ends("braces", repeated(BEGIN, "{", END), "expected");

@@ -237,7 +237,7 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
     );
     // Of many names, ten are listed, with the command that lists the rest.
     let many = |name: &str| (1..=12).map(|at| format!("#i := \"{name}{at:02}\";")).collect::<String>();
-    let rest = "and 2 more; plcfmu check with --assume lists them all, with what their use implies";
+    let rest = "and 2 more; plcfmu check --assume lists them all, with the declarations their use implies";
     refused(&many("Tag"), &format!("\"Tag10\" : INT, {rest}"));
     refused(&many("Data\".\"m"), &format!("Data.m10, {rest}"));
     let calls: String = (1..=12).map(|at| format!("\"Other{at:02}\"();")).collect();
@@ -377,7 +377,7 @@ fn all_errors_of_all_sources_are_told_at_once() {
 #[test]
 fn the_value_of_a_function_has_its_name_with_a_hash() {
     let (errors, _) = told("FUNCTION \"F\" : Int\nBEGIN\n\"F\" := 3;\nEND_FUNCTION\n", None);
-    assert_eq!(errors, ["a.scl:3:1: F is a block, not a variable; the value of the function is #F"]);
+    assert_eq!(errors, ["a.scl:3:1: F is a block, not a variable; the function value is #F"]);
 }
 
 #[test]

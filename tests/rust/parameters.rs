@@ -94,7 +94,7 @@ fn a_dump_of_cont_c_is_recognized_as_wrong_where_it_is_one_of_cont_s() {
     longer.resize(126, 0);
     let options = Options { block: Some("FB 41".into()), ..Options::default() };
     let short = read(Format::Dump, &Source::new("DB42.bin", dump), &BlockType::all(), &options).unwrap_err();
-    assert!(short.to_string().contains("CONT_C takes 100 bytes, but the dump has 62 bytes"), "{short}");
+    assert!(short.to_string().contains("CONT_C needs 100 bytes, but the dump has only 62"), "{short}");
     let reading = read(Format::Dump, &Source::new("DB42.bin", longer), &BlockType::all(), &options).unwrap();
     let advice = reading.loops[0].advice().join("\n");
     assert!(advice.contains("LMN_HLM"), "{advice}");

@@ -87,10 +87,7 @@ fn a_value_that_the_source_does_not_have_gets_a_line_beside_another() {
 
     let line = "DATA_BLOCK DB 1 FB 41 BEGIN GAIN := 2.0; END_DATA_BLOCK";
     let refused = changed(Format::Step7, &Source::new("a.awl", line.into()), &[("TI", Value::Time(Time::ms(1)))]);
-    assert_eq!(
-        refused.unwrap_err(),
-        "a.awl gives TI of DB1 no value that could be replaced: write a new parameter file"
-    );
+    assert_eq!(refused.unwrap_err(), "a.awl has no replaceable value of TI in DB1: write a new parameter file");
 }
 
 #[test]
@@ -138,5 +135,5 @@ fn a_loop_that_is_not_in_the_source_is_refused() {
     let mut one = loops(Format::Step7, &source).swap_remove(0);
     one.name = "TIC999".into();
     let error = rewrite(Format::Step7, &source, &blocks(), &Options::default(), &[one]).unwrap_err();
-    assert!(error.starts_with("plant.awl has no loop `TIC999` of "), "{error}");
+    assert!(error.starts_with("plant.awl has no loop `TIC999` of type "), "{error}");
 }

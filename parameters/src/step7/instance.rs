@@ -105,8 +105,8 @@ impl Instance {
             };
             if !fits {
                 let expected = match member {
-                    Some(member) => format!("{} ({}) is expected at this position", member.name, member.kind.name()),
-                    None => "nothing but memory (STAT) is expected at this position".to_string(),
+                    Some(member) => format!("expected {} ({}) at this position", member.name, member.kind.name()),
+                    None => "expected nothing but memory (STAT) at this position".to_string(),
                 };
                 let found = format!("{} := {}", quoted(&name), quoted(&assignment.literal));
                 let message = format!("the member names are lost: in {}, {expected}, found {found}", block.name);

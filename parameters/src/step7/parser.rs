@@ -375,7 +375,7 @@ impl Parser<'_, '_, '_> {
         if block.is_none() && !declares {
             let message =
                 format!("the data block {} does not state which block it is an instance of", quoted(&name.text));
-            self.report.wrong(name.span.clone(), message, Some("write it before BEGIN".to_string()));
+            self.report.wrong(name.span.clone(), message, Some("specify the block before BEGIN".to_string()));
             return None;
         }
         Some(DataBlock { name, title, block: block.filter(|_| !declares), body })

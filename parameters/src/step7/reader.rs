@@ -285,7 +285,7 @@ impl Reader<'_> {
             let elements = member.array.as_deref().map_or(Some(vec![String::new()]), elements);
             let count = elements.as_ref().map_or(0, Vec::len);
             let refusal = if elements.is_none() {
-                let most = "whose bounds are not numbers, or that has too many";
+                let most = "whose bounds are not numbers, or that has too many elements";
                 Some(format!("is an array of instances {most}; declare each instance separately"))
             } else if member.has_initial_value {
                 Some("is an instance with values in the declaration; write them in the data block".to_string())
@@ -424,7 +424,7 @@ impl Reader<'_> {
     fn finish(mut self, is_broken: bool) -> Result<Reading, Problems> {
         if self.found.is_empty() && !self.report.is_wrong() {
             let described: Vec<String> = self.blocks.iter().map(|block| names(block)).collect();
-            let help = format!("the known blocks are {}", described.join(", "));
+            let help = format!("known blocks: {}", described.join(", "));
             for (name, kind) in std::mem::take(&mut self.unknown) {
                 let what = match known(self.blocks, &kind) {
                     Some(block) => format!("but has no member of {}", block.name),

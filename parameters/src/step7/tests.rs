@@ -180,10 +180,8 @@ fn a_block_of_the_project_under_the_number_of_a_known_block_is_skipped() {
     assert_eq!(remarks(&text), "plant.awl: skipped DB9 (FB41): not instances of the known blocks");
     assert_refused(
         "DATA_BLOCK DB 9 FB 41 BEGIN speed := 5; END_DATA_BLOCK",
-        &[
-            "plant.awl:1:17: DB9 is an instance of `FB41`, but has no member of PUMP; the known blocks are PUMP (FB 41, SFB \
-           41), FAN, STATION, MIXER",
-        ],
+        &["plant.awl:1:17: DB9 is an instance of `FB41`, but has no member of PUMP; known blocks: PUMP (FB 41, SFB \
+           41), FAN, STATION, MIXER"],
     );
     assert_refused(
         "DATA_BLOCK DB 9 FB 41 BEGIN gian := 5.0; END_DATA_BLOCK",
@@ -290,8 +288,8 @@ fn each_element_of_an_array_of_instances_is_a_loop() {
     assert_refused(
         &MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : ARRAY [1..COUNT] OF PUMP;"),
         &[
-            "plant.awl:15:4: `QIC` is an array of instances whose bounds are not numbers, or that has too many; declare \
-           each instance separately",
+            "plant.awl:15:4: `QIC` is an array of instances whose bounds are not numbers, or that has too many elements; \
+           declare each instance separately",
         ],
     );
 }
@@ -314,7 +312,7 @@ fn a_loop_that_is_wrong_does_not_cost_the_others_if_that_is_wanted() {
 #[test]
 fn a_function_block_inside_itself_is_refused() {
     let text = MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : PUMP; again : FB 100;");
-    assert_refused(&text, &["plant.awl:9:4: `inner` is nested more than 32 deep, or in itself"]);
+    assert_refused(&text, &["plant.awl:9:4: `inner` is nested more than 32 levels deep, or contains itself"]);
 }
 
 #[test]
@@ -394,7 +392,7 @@ fn a_slip_in_a_block_with_another_number_is_told_and_does_not_cost_the_loop() {
         "DATA_BLOCK DB 3\nFB 333\nBEGIN\n TH_TZ := 4; TR_TZ := 5,5; SET := TRUE;\nEND_DATA_BLOCK",
         &[
             "plant.awl:2:1: `FB333` is not a known block; if it is FAN, which has the same members, name that with --block",
-            "plant.awl:4:24: expected `;` after this value, found `,`; the decimal separator is a point: 1.5",
+            "plant.awl:4:24: expected `;` after this value, found `,`; use a decimal point: 1.5",
         ],
     );
 }
@@ -428,7 +426,7 @@ fn lost_names_are_taken_by_position() {
 fn lost_names_whose_types_do_not_fit_are_refused() {
     assert_refused(
         &LOST.replace("T#5S", "5.0"),
-        &["plant.awl:4:18: the member names are lost: in PUMP, CYCLE (TIME) is expected at this position, found \
+        &["plant.awl:4:18: the member names are lost: in PUMP, expected CYCLE (TIME) at this position, found \
            `IN1` := `5.0`"],
     );
     assert_refused(
@@ -437,7 +435,7 @@ fn lost_names_whose_types_do_not_fit_are_refused() {
     );
     assert_refused(
         &LOST.replace("IN4", "IN2"),
-        &["plant.awl:4:58: the member names are lost: in PUMP, STEPS (INT) is expected at this position, found \
+        &["plant.awl:4:58: the member names are lost: in PUMP, expected STEPS (INT) at this position, found \
            `IN2` := `9`"],
     );
 }
@@ -471,9 +469,9 @@ END_DATA_BLOCK
             "plant.awl:4:4: PUMP has no member `GIAN`; did you mean GAIN?",
             "plant.awl:5:13: CYCLE: expected a TIME such as T#20S or T#1M30S500MS, with units in descending order, found \
              `S5T#20S`, which is an S5TIME; write T# instead of S5T#",
-            "plant.awl:6:13: STEPS: expected an INT of -32768 ... 32767, found `40000`",
+            "plant.awl:6:13: STEPS: expected an INT from -32768 to 32767, found `40000`",
             "plant.awl:7:11: expected `:=` after `MAN_ON`, found `=`",
-            "plant.awl:8:15: expected `;` after this value, found `,`; the decimal separator is a point: 1.5",
+            "plant.awl:8:15: expected `;` after this value, found `,`; use a decimal point: 1.5",
             "plant.awl:9:17: expected `;` after this value",
         ],
     );
@@ -499,10 +497,8 @@ fn two_loops_of_one_name_are_an_error() {
 fn a_file_without_a_known_block_is_an_error() {
     assert_refused(
         "DATA_BLOCK DB 8\nFB 200\nBEGIN x := 1; END_DATA_BLOCK",
-        &[
-            "plant.awl:2:1: DB8 is an instance of `FB200`, which is not a known block; the known blocks are PUMP (FB 41, SFB \
-           41), FAN, STATION, MIXER",
-        ],
+        &["plant.awl:2:1: DB8 is an instance of `FB200`, which is not a known block; known blocks: PUMP (FB 41, SFB \
+           41), FAN, STATION, MIXER"],
     );
     assert_refused(" \r\n", &["plant.awl: the file is empty"]);
     assert_refused(
@@ -537,12 +533,12 @@ fn broken_structure_is_told_and_what_follows_is_read() {
         (
             "DATA_BLOCK DB1 BEGIN END_DATA_BLOCK",
             &[
-                "plant.awl:1:12: the data block `DB1` does not state which block it is an instance of; write it before BEGIN",
+                "plant.awl:1:12: the data block `DB1` does not state which block it is an instance of; specify the block before BEGIN",
             ],
         ),
         (
             "DATA_BLOCK DB1 PUMP FAN BEGIN END_DATA_BLOCK",
-            &["plant.awl:1:16: expected one block of which `DB1` is an instance, found several"],
+            &["plant.awl:1:16: expected one block as the type of `DB1`, found several"],
         ),
         ("DATA_BLOCK ; END_DATA_BLOCK", &["plant.awl:1:12: expected a name after DATA_BLOCK, found `;`"]),
         ("hello", &["plant.awl:1:1: expected DATA_BLOCK or another block, found `hello`"]),
@@ -569,7 +565,7 @@ fn broken_structure_is_told_and_what_follows_is_read() {
         ),
         (
             "DATA_BLOCK DB1 PUMP BEGIN 5 := 1.0; .x := 2; END_DATA_BLOCK",
-            &["plant.awl:1:27: PUMP has no member `5`", "plant.awl:1:37: expected the name of a member, found `.`"],
+            &["plant.awl:1:27: PUMP has no member `5`", "plant.awl:1:37: expected a member name, found `.`"],
         ),
     ] {
         assert_refused(text, lines);

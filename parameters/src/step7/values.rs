@@ -100,7 +100,7 @@ fn end_of_statement(tokens: &mut Tokens) -> Result<(), SyntaxError> {
         let span = tokens.previous_end()..tokens.previous_end();
         return Err(SyntaxError { span, message: "expected `;` after this value".to_string(), help: None });
     }
-    let help = tokens.next_is_symbol(",").then(|| "the decimal separator is a point: 1.5".to_string());
+    let help = tokens.next_is_symbol(",").then(|| "use a decimal point: 1.5".to_string());
     Err(SyntaxError { help, ..expected(tokens, "`;` after this value") })
 }
 
@@ -162,7 +162,7 @@ fn path(text: &str, tokens: &mut Tokens) -> Result<(Vec<String>, Range<usize>), 
         match tokens.next_kind() {
             Some(TokenKind::Word) => path.push(name.to_string()),
             Some(TokenKind::QuotedName) => path.push(name[1..name.len() - 1].to_string()),
-            _ => return Err(expected(tokens, "the name of a member")),
+            _ => return Err(expected(tokens, "a member name")),
         }
         if path.len() > MOST_PARTS {
             return Err(expected(tokens, &format!("a name of at most {MOST_PARTS} parts")));

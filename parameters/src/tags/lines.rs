@@ -40,8 +40,8 @@ pub fn declaration(text: &str) -> Result<Declared, String> {
     let (place, rest) = match rest.get(..2).filter(|word| word.eq_ignore_ascii_case("AT")) {
         Some(_) => {
             let (place, rest) = rest[2..].split_once(':').ok_or_else(expected)?;
-            let place = address(place)
-                .ok_or_else(|| format!("{} is not an address of an input, an output or memory", place.trim()))?;
+            let place =
+                address(place).ok_or_else(|| format!("{} is not an input, output or memory address", place.trim()))?;
             (Some(place), rest)
         }
         None => (None, rest.strip_prefix(':').ok_or_else(expected)?),
@@ -76,7 +76,7 @@ pub(super) fn read(text: &str) -> Result<Tags, Vec<Wrong>> {
         match declaration(line) {
             Ok(Declared::Tag(tag)) => tags.tags.push(tag),
             Ok(Declared::Constant(constant)) => tags.constants.push(constant),
-            Err(message) => wrong.push((span, format!("{message}; a list of tags has one such line per tag"))),
+            Err(message) => wrong.push((span, format!("{message}; a tag list has one such line per tag"))),
         }
     }
     if wrong.is_empty() { Ok(tags) } else { Err(wrong) }

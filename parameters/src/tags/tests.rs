@@ -161,10 +161,7 @@ fn a_line_declares_a_tag_or_a_constant() {
     let wrong = table("tags.txt", "Start : Bool\nStop\nLamp AT DB1.DBX0 : Bool\n").unwrap_err().to_string();
     let lines: Vec<&str> = wrong.lines().collect();
     assert!(lines[0].starts_with("tags.txt:2:1: write a name, a colon and a type, such as Start : Bool"), "{wrong}");
-    assert!(
-        lines[1].starts_with("tags.txt:3:1: DB1.DBX0 is not an address of an input, an output or memory"),
-        "{wrong}"
-    );
+    assert!(lines[1].starts_with("tags.txt:3:1: DB1.DBX0 is not an input, output or memory address"), "{wrong}");
 }
 
 #[test]

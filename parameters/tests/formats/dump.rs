@@ -71,12 +71,12 @@ fn a_dump_needs_the_block_and_the_error_names_the_blocks() {
 #[test]
 fn a_short_dump_is_refused_with_both_lengths() {
     let error = dump(&pump_bytes()[..35], 0).unwrap_err().to_string();
-    assert!(error.starts_with("plant.bin: PUMP takes 36 bytes, but the dump has only 35"), "{error}");
+    assert!(error.starts_with("plant.bin: PUMP needs 36 bytes, but the dump has only 35"), "{error}");
     let error = dump(&pump_bytes(), 2).unwrap_err().to_string();
-    assert!(error.starts_with("plant.bin: PUMP takes 36 bytes from byte 2, but the dump has only 36"), "{error}");
+    assert!(error.starts_with("plant.bin: PUMP needs 36 bytes from byte 2, but the dump has only 36"), "{error}");
     assert!(dump(&pump_bytes(), usize::MAX - 1).is_err());
     let error = dump(&pump_bytes(), 1).unwrap_err().to_string();
-    assert_eq!(error, "plant.bin: the offset is 1: an instance begins at an even byte");
+    assert_eq!(error, "plant.bin: the offset is 1: an instance starts at an even byte");
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn what_does_not_look_like_the_block_is_remarked() {
     assert_eq!(
         dump(&bytes, 0).unwrap().remarks.to_string(),
         "plant.bin: byte 10: GAIN is not a finite number\n\
-         plant.bin: byte 26: CYCLE is not above 0: a running instance never has this value\n\
+         plant.bin: byte 26: CYCLE is not greater than 0: a running instance never has this value\n\
          plant.bin: byte 1: bits are set that PUMP does not use: the block or the offset may be wrong\n\
          plant.bin: byte 34: bits are set that PUMP does not use: the block or the offset may be wrong"
     );

@@ -120,7 +120,7 @@ fn instances_of_one_name_are_told_apart_by_their_data_blocks() {
     assert_eq!(names(&(block(0, "L1") + &block(1, "L2"))), ["L1.TIC", "L2.TIC"]);
     assert_eq!(
         refusal(Format::Openness, document(&(block(0, "L1") + &block(1, "L1")))),
-        "plant.xml:5:1: the data block `L1` is given twice"
+        "plant.xml:5:1: the data block `L1` appears twice"
     );
 }
 
@@ -136,7 +136,7 @@ fn a_block_under_another_name_is_known_by_its_members() {
     for other in [all.replace("Time", "DInt"), all.clone() + &member("X", "Int")] {
         assert_eq!(
             refusal(Format::Openness, of(&other)),
-            "plant.xml: the file contains no instance of a known block; the known blocks are PUMP, VALVE, STATION"
+            "plant.xml: the file contains no instance of a known block; known blocks: PUMP, VALVE, STATION"
         );
     }
     let reading = reading(Format::Openness, of(&member("TRAVEL", "Real")), &of_block("VALVE")).unwrap();
@@ -175,7 +175,7 @@ fn a_member_a_type_and_a_value_that_the_block_does_not_have_are_refused_together
         "plant.xml:6:1: PUMP has no input or parameter `GAINN`; did you mean GAIN?\n\
          plant.xml:7:1: MAN of PUMP: expected the type REAL, found `LReal`\n\
          plant.xml:8:49: GAIN: expected a REAL such as 2.5 or 1.0e-3, found `TRUE`\n\
-         plant.xml:10:1: TI is given twice"
+         plant.xml:10:1: TI appears twice"
     );
 }
 

@@ -222,7 +222,7 @@ impl Parser<'_> {
                     let token = self.token();
                     let name = match token.kind {
                         Kind::Word | Kind::Quoted | Kind::Percent | Kind::Literal | Kind::Local => self.step(),
-                        _ => return self.fail("the name of a member"),
+                        _ => return self.fail("a member name"),
                     };
                     let name = Name { text: bare(self.text_of(name)).to_string(), span: name.span };
                     variable = self.add(ExpressionKind::Member(variable, name), start);
