@@ -19,7 +19,7 @@ pub const NUMBERS: usize = 4;
 /// The check of a block's settings.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// The index of the function that writes `refusal`, the number of the message from 1 (0 for none), and `refusal_1`
+    /// The index of the function that writes `refusal`, the 1-based number of the message (0 for none), and `refusal_1`
     /// and so on, the numbers in the message.
     pub function: usize,
     /// The messages. The character U+0001 stands for a number formatted with `{}`, U+0002 for one formatted with

@@ -309,7 +309,7 @@ impl Body<'_, '_> {
         self.call_with(function, instance, Vec::new(), arguments, span)
     }
 
-    /// Calls a function with given values and further arguments.
+    /// Calls a function with given values and additional arguments.
     fn call_with(
         &mut self,
         function: usize,

@@ -68,9 +68,9 @@ fn comment(line: &str) -> Option<String> {
 pub struct Error {
     /// The file.
     pub file: String,
-    /// The line, from 1.
+    /// The 1-based line number.
     pub line: usize,
-    /// The column, from 1.
+    /// The 1-based column.
     pub column: usize,
     /// The unsupported construct, and the remedy.
     pub message: String,

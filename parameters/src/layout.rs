@@ -10,7 +10,7 @@ use std::fmt;
 /// An address in a data block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Address {
-    /// The byte offset, from 0.
+    /// The byte offset.
     pub byte: usize,
     /// The bit number of a BOOL, from the lowest; 0 for other types.
     pub bit: u8,

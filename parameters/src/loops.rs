@@ -43,9 +43,9 @@ pub enum Origin {
     Text {
         /// The file name, as given by the user.
         file: String,
-        /// The line, from 1.
+        /// The 1-based line number.
         line: usize,
-        /// The column in characters, from 1.
+        /// The 1-based column, in characters.
         column: usize,
         /// The byte range in the text.
         span: Range<usize>,

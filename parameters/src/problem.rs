@@ -7,9 +7,9 @@ use std::ops::Range;
 /// A location in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TextPosition {
-    /// The line, from 1.
+    /// The 1-based line number.
     pub line: usize,
-    /// The column in characters, from 1.
+    /// The 1-based column, in characters.
     pub column: usize,
     /// The byte range in the file's text ([`crate::Source::text`]), to be underlined.
     pub span: Range<usize>,

@@ -61,12 +61,12 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Counts further problems without reporting them.
+    /// Counts additional problems without reporting them.
     pub(crate) fn omit(&mut self, count: usize) {
         self.omitted += count;
     }
 
-    /// Whether a further problem would be reported, so that its message is worth composing.
+    /// Whether another problem would be reported, so that its message is worth composing.
     pub(crate) fn has_room(&self) -> bool {
         self.problems.len() < MOST_PROBLEMS
     }

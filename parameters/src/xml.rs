@@ -398,7 +398,7 @@ mod tests {
             + document.resolved.capacity()
     }
 
-    /// The smallest elements that there are, with a text, an attribute, an entity: no file takes ten times its size.
+    /// The smallest elements with a text, an attribute or an entity: no file takes ten times its size in memory.
     #[test]
     fn a_file_of_tiny_elements_takes_little_memory() {
         for (element, count) in [

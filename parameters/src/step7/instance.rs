@@ -20,7 +20,7 @@ pub(super) struct Instance {
     pub(super) one: Loop,
     /// For each member, the range of its value in the text.
     given: Vec<Option<Range<usize>>>,
-    /// The paths of instances whose last member was given: anything further is the block's memory.
+    /// The paths of instances whose last member was given: anything after it is the block's memory.
     complete: HashSet<String>,
     /// The number of memory variables given.
     memory: usize,

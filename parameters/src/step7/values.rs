@@ -9,7 +9,7 @@ use std::ops::Range;
 const MOST_VALUES: usize = 10_000;
 const MOST_PARTS: usize = 40;
 
-/// The maximum number of errors collected from a data block, and of further errors counted, after which parsing stops.
+/// The maximum number of errors collected from a data block, and of additional errors counted before parsing stops.
 const MOST_ERRORS: usize = 50;
 const MOST_COUNTED: usize = 10_000;
 
@@ -37,7 +37,7 @@ pub(super) struct SyntaxError {
 #[derive(Debug, Default)]
 pub(super) struct SyntaxErrors {
     pub(super) first: Vec<SyntaxError>,
-    /// The number of further errors.
+    /// The number of errors not collected.
     pub(super) others: usize,
 }
 

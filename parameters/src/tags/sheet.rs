@@ -12,7 +12,7 @@ struct Columns {
     comment: Option<usize>,
 }
 
-/// Adds the tags or constants of a sheet, given as row numbers (from 1) and cells. Skips a sheet whose first row has
+/// Adds the tags or constants of a sheet, given as 1-based row numbers and cells. Skips a sheet whose first row has
 /// other headings, and returns `false`.
 ///
 /// # Errors

@@ -9,7 +9,7 @@ const MOST_COLUMNS: usize = 50;
 /// The maximum number of non-empty rows in a sheet.
 const MOST_ROWS: usize = super::MOST + 1;
 
-/// The non-empty rows of a sheet, with their numbers, from 1.
+/// The non-empty rows of a sheet, with their 1-based row numbers.
 pub type Rows = Vec<(u32, Vec<String>)>;
 
 /// The sheets of a workbook, with their names. `part` returns the text of a part by its path, or `None` if the package
@@ -69,7 +69,7 @@ fn rows(sheet: Element, texts: &[String]) -> Result<Rows, String> {
     Ok(rows)
 }
 
-/// The index of a column, from 0: 2 for `C5`.
+/// The 0-based index of a column: 2 for `C5`.
 fn column(name: &str) -> Option<usize> {
     let letters = name.bytes().take_while(u8::is_ascii_alphabetic).take(4);
     let number = letters.fold(0, |number, letter| number * 26 + usize::from(letter.to_ascii_uppercase() - b'A') + 1);

@@ -221,7 +221,7 @@ impl Printer<'_> {
         self.line(&format!("    {value};"));
     }
 
-    /// Prints `if`, then `else if` for each further condition that needs no statements before it.
+    /// Prints `if`, then `else if` for each additional condition that needs no statements before it.
     fn branch(&mut self, what: &What, word: &str, last: bool) -> Result<(), String> {
         let What::If(condition, then, otherwise) = what else { return Ok(()) };
         let condition = self.expr(condition)?;
@@ -345,7 +345,7 @@ impl Printer<'_> {
         self.line(&text);
     }
 
-    /// The call of a function as C text, without its outputs.
+    /// The call to a function as C text, without its outputs.
     pub(super) fn called(&mut self, call: &Call) -> Result<String, String> {
         let passed = self.passed(call, &[])?;
         Ok(format!("{}({})", self.function_names[call.function], passed.join(", ")))

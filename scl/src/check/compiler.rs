@@ -157,7 +157,7 @@ pub struct Twin {
     pub first: BlockId,
     /// The copy.
     pub id: BlockId,
-    /// The number of this copy, from 1.
+    /// The number of this copy, counted from 1.
     pub number: usize,
 }
 
@@ -236,7 +236,7 @@ pub struct Global {
     pub member: usize,
     /// Its type.
     pub of: Type,
-    /// The structured in-out parameter of the main block that it stands for.
+    /// The structured in-out parameter of the main block that it represents.
     pub parameter: Option<String>,
 }
 

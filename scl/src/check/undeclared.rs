@@ -81,7 +81,7 @@ pub struct Bounds {
     pub has_others: bool,
 }
 
-/// An argument in a call of something undeclared.
+/// An argument in a call to something undeclared.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Formal {
     /// The name of the parameter.
@@ -186,7 +186,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Records the indices used to access an undeclared array; `None` stands for a computed index.
+    /// Records the indices used to access an undeclared array; `None` means a computed index.
     pub fn index_missing(&mut self, array: &Missing, indices: &[Option<i32>]) {
         let Some(uses) = self.uses(array) else { return };
         uses.bounds.resize(uses.bounds.len().max(indices.len()), Bounds::default());
@@ -201,7 +201,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Records a call of something undeclared.
+    /// Records a call to something undeclared.
     pub fn call_missing(&mut self, name: &str, formals: Vec<Formal>) {
         let Some(undeclared) = self.undeclared.get_mut(name) else { return };
         undeclared.is_called = true;

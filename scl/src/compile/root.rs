@@ -204,7 +204,7 @@ impl Compiler<'_> {
         Some((arguments, outputs))
     }
 
-    /// The call of an organization block, whose parameters the system supplies, or of a function without parameters.
+    /// The call to an organization block, whose parameters the system supplies, or to a function without parameters.
     fn call_without_parameters(&mut self, of: usize) -> Option<Call> {
         let Interface { kind, function, name, .. } = &self.blocks[of];
         let (kind, function, name) = (*kind, *function, name.clone());

@@ -78,7 +78,7 @@ pub struct Expression {
     pub kind: ExpressionKind,
     /// Its location.
     pub span: Span,
-    /// Its nesting depth, from 1.
+    /// Its nesting depth, counted from 1.
     pub depth: u32,
 }
 
@@ -179,7 +179,7 @@ pub struct Statement {
 pub enum StatementKind {
     /// `a := b += c`: the targets from left to right, each with the operator after it.
     Assign(Vec<(ExpressionId, Option<Binary>)>, ExpressionId),
-    /// The call of a block or function.
+    /// The call to a block or function.
     Call(ExpressionId),
     /// Conditions with their statements, then the ELSE branch.
     If(Vec<(ExpressionId, Vec<Statement>)>, Vec<Statement>),

@@ -91,7 +91,7 @@ pub enum Section {
 pub struct At {
     /// The file, as an index into [`Program::files`].
     pub file: u16,
-    /// The line, from 1; 0 if unknown.
+    /// The 1-based line number; 0 if unknown.
     pub line: u32,
 }
 
@@ -311,7 +311,8 @@ pub enum Base {
 pub enum Step {
     /// To a member of a record, by number.
     Member(usize),
-    /// To an element of an array, with an integer index for each dimension, or to a character of a string, from 1.
+    /// To an element of an array, with an integer index for each dimension, or to a character of a string, with a
+    /// 1-based index.
     Index(Vec<Expr>, At),
     /// To the length of a string, a `U16`. A length beyond the capacity counts as the capacity.
     Length,
@@ -339,7 +340,7 @@ pub enum Expr {
     Texts(Binary, Place, Place),
     /// Whether two structures or arrays of the same type are equal.
     Same(Place, Place),
-    /// The lower or upper bound of a dimension (from 0) of an array whose bounds the caller passes; an `I32`.
+    /// The lower or upper bound of a dimension (0-based) of an array whose bounds the caller passes; an `I32`.
     Bound {
         /// The parameter.
         local: usize,

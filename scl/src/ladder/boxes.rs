@@ -272,7 +272,7 @@ impl Lowerer<'_> {
         Some((result, failed))
     }
 
-    /// A call of a function with these pins as arguments.
+    /// A call to a function with these pins as arguments.
     pub(super) fn of_function(&mut self, name: &str, pins: Vec<(String, ExpressionId)>, span: Span) -> ExpressionId {
         let callee = self.function(name, span);
         let arguments = pins.into_iter().map(|(pin, value)| (pin, false, value)).collect();

@@ -1,4 +1,4 @@
-//! Calls of instances and functions by pin name.
+//! Calls to instances and functions by pin name.
 
 use super::flow::Value;
 use super::lower::Lowerer;
@@ -8,7 +8,7 @@ use crate::front::syntax::{ExpressionId, ExpressionKind, Scope, Statement, State
 use std::collections::BTreeSet;
 
 impl Lowerer<'_> {
-    /// Lowers a call of an instance: a timer or counter as its `kind`, any other system block as declared.
+    /// Lowers a call to an instance: a timer or counter as its `kind`, any other system block as declared.
     pub(super) fn instance(&mut self, kind: Option<&'static str>, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
@@ -139,7 +139,7 @@ impl Lowerer<'_> {
         })
     }
 
-    /// Lowers a call of a function, or of an instance of a function block.
+    /// Lowers a call to a function, or to an instance of a function block.
     pub(super) fn call_of(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         let Some(called) = element.called else {

@@ -6,7 +6,7 @@ use crate::front::syntax::{ExpressionId, Name};
 /// A network of a block.
 #[derive(Debug)]
 pub struct Network {
-    /// Its number within the block, from 1.
+    /// Its number within the block, counted from 1.
     pub number: u32,
     /// Its title, possibly empty.
     pub title: String,
@@ -43,7 +43,7 @@ impl Network {
 /// A contact, a coil, a gate, a box or a call.
 #[derive(Debug)]
 pub struct Element {
-    /// The instruction, in any case: `Contact`, `S_Coil`, `Add`; for a call, the block.
+    /// The instruction, in any letter case: `Contact`, `S_Coil`, `Add`; for a call, the block.
     pub name: String,
     /// Its location.
     pub span: Span,
@@ -128,7 +128,7 @@ pub enum Source {
     Pin(usize, String),
 }
 
-/// A call of a block.
+/// A call to a block.
 #[derive(Clone, Debug)]
 pub struct Call {
     /// Whether the callee is a function, not an instance of a function block.

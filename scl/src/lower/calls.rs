@@ -82,7 +82,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Lowers a call of a function with source code; returns its value.
+    /// Lowers a call to a function with source code; returns its value.
     pub(crate) fn value_of_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Operand {
         if self.compiler.blocks[block].result == Type::Void {
             let name = self.compiler.blocks[block].name.clone();

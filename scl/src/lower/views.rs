@@ -301,7 +301,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The variable behind a view; `None` if it is itself a view.
+    /// The variable underlying a view; `None` if it is itself a view.
     fn behind(&self, view: &View) -> Option<(Place, Type)> {
         match self.symbols.get(&view.behind)? {
             Symbol::Variable(_, of, slot) => {

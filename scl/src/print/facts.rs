@@ -266,7 +266,7 @@ fn inlined(program: &Program, list: Vec<Statement>, locals: &mut Vec<crate::ir::
     all
 }
 
-/// Whether this is the call of a method on the same instance that uses inner instances and has no early exit.
+/// Whether this is a call to a method on the same instance that uses inner instances and has no early exit.
 fn can_be_inlined(program: &Program, call: &Call) -> bool {
     let callee = &program.functions[call.function];
     let (Some(record), Body::Code(body)) = (callee.instance, &callee.body) else { return false };

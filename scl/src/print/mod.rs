@@ -6,7 +6,7 @@
 //! printing something nearly equivalent.
 //!
 //! A record with a function called by others becomes a function block, any other record a type, and a member of memory
-//! a data block. A function block in a PLC has no methods: further functions on a record become functions that receive
+//! a data block. A function block in a PLC has no methods: other functions on a record become functions that receive
 //! what they read as inputs and what they write as in-out parameters.
 
 mod declaration;

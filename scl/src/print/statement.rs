@@ -77,7 +77,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// The call of an instance at the start of a list, after assignments to its inputs, and the number of statements
+    /// The call to an instance at the start of a list, after assignments to its inputs, and the number of statements
     /// including the call.
     fn supplied<'s>(&self, list: &'s [Statement]) -> Option<(usize, &'s Call)> {
         let at = list.iter().position(|statement| !matches!(statement.what, What::Assign(..)))?;
@@ -243,7 +243,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Prints the call of a function block, with the inputs that these statements set as arguments.
+    /// Prints the call to a function block, with the inputs that these statements set as arguments.
     fn call_block(&mut self, inputs: &[Statement], call: &Call) -> Result<(), String> {
         let Some(instance) = &call.instance else {
             return Err("a function block is called without an instance".to_string());

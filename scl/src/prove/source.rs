@@ -11,7 +11,7 @@ use std::fmt::Write;
 pub struct Names {
     /// The PLC's own block, such as `FB41` or a name.
     pub block: String,
-    /// STEP 7: the number of the function block and of the first data block; further blocks are numbered from there.
+    /// STEP 7: the number of the function block and of the first data block; additional blocks are numbered from there.
     pub first: u16,
 }
 

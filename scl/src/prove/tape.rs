@@ -13,7 +13,7 @@ const THRESHOLD: u64 = 4;
 /// A change recorded on the tape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The number of the input, from 1, or of the output, numbered after the inputs; 0 for a call without changes.
+    /// The 1-based number of the input, or of the output, numbered after the inputs; 0 for a call without changes.
     pub what: u8,
     /// Whether this is the last entry before its call.
     pub is_last: bool,

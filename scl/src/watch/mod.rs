@@ -40,7 +40,7 @@ pub struct CodeBlock {
     /// The comment in its header.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub comment: String,
-    /// Its first line, from 1.
+    /// Its first line (1-based).
     pub line: usize,
     /// The variables named in its lines, in source order.
     pub names: Vec<Named>,
@@ -52,7 +52,7 @@ pub struct CodeBlock {
     pub temps: Vec<(String, String)>,
     /// Its constants: name, and value as written.
     pub constants: Vec<(String, String)>,
-    /// The declarations of its variables and constants: name, and line number, from 1.
+    /// The declarations of its variables and constants: name, and 1-based line number.
     pub declared: Vec<(String, usize)>,
     /// Its networks in LAD and FBD.
     pub networks: Vec<Network>,
@@ -63,7 +63,7 @@ pub struct CodeBlock {
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Named {
-    /// The line number, from 1.
+    /// The 1-based line number.
     pub line: usize,
     /// The variable, as the FMU names it; an index may be the path of another variable.
     pub path: String,
@@ -80,7 +80,7 @@ pub struct Write {
     pub path: String,
     /// Whether the variable is global.
     pub is_global: bool,
-    /// The line number, from 1, whose execution indicates that the write happened.
+    /// The 1-based line number whose execution indicates that the write happened.
     pub line: usize,
     /// The text of the statement.
     pub text: String,
@@ -101,7 +101,7 @@ pub struct Guard {
     /// The kind of statement it belongs to.
     #[cfg_attr(feature = "typescript", ts(type = "\"if\" | \"case\" | \"while\" | \"until\""))]
     pub of: Guarding,
-    /// Its line number, from 1.
+    /// Its 1-based line number.
     pub line: usize,
     /// Its text.
     pub text: String,
@@ -130,7 +130,7 @@ pub enum Guarding {
     Until,
 }
 
-/// A call of an instance.
+/// A call to an instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
@@ -153,7 +153,7 @@ pub struct Passed {
     /// The literal passed, as written.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub literal: Option<String>,
-    /// The line, from 1.
+    /// The 1-based line number.
     pub line: usize,
 }
 
@@ -197,7 +197,7 @@ pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
     (CYCLE, "no source specifies one: enter the period of the OB that calls it".into())
 }
 
-/// Global declarations outside blocks with code: data blocks and tags, each with its source and line number, from 1.
+/// Global declarations outside blocks with code: data blocks and tags, each with its source and 1-based line number.
 pub fn declared_for_all(sources: &[Source]) -> Vec<(String, usize, usize)> {
     let trees = front::trees(sources, &mut Report::default());
     let mut found = Vec::new();

@@ -13,13 +13,13 @@ use std::collections::HashMap;
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Network {
-    /// Its number within the block, from 1.
+    /// Its number within the block, counted from 1.
     pub number: u32,
     /// Its title, possibly empty.
     pub title: String,
     /// Its comment, possibly empty.
     pub comment: String,
-    /// Its first line number, from 1.
+    /// Its first line number (1-based).
     pub line: usize,
     /// The labels at its beginning.
     pub labels: Vec<String>,
@@ -56,7 +56,7 @@ pub struct Element {
     pub shape: Shape,
     /// The sign inside it, or the title of its box.
     pub sign: String,
-    /// Its line number, from 1.
+    /// Its 1-based line number.
     pub line: usize,
     /// The text above it: its operand, its instance, or the label of a jump.
     pub above: Option<Operand>,

@@ -73,9 +73,9 @@ enum Kind {
     Words(usize, Vec<usize>, usize),
     /// SHL, SHR, ROL, ROR.
     Shift(usize, usize, u64, usize),
-    /// A call of an instance that passes on y or ENO.
+    /// A call to an instance that passes on y or ENO.
     Call(usize, String, Number, bool),
-    /// A call of a function that writes its value, and passes on y or ENO.
+    /// A call to a function that writes its value, and passes on y or ENO.
     Function(String, Number, usize, bool),
     /// A jump to a network, if the flow is TRUE, or if it is FALSE.
     Jump(bool, usize),

@@ -56,7 +56,7 @@ impl Compiler<'_> {
         extent.is_some_and(|extent| self.report.first_error(extent).is_some())
     }
 
-    /// Adds a call of a block. `None` if the type of a required argument cannot be written in a declaration.
+    /// Adds a call to a block. `None` if the type of a required argument cannot be written in a declaration.
     fn add_call(&self, block: usize, calls: &mut Calls) -> Option<()> {
         let interface = &self.blocks[block];
         let is_function = interface.kind == BlockKind::Function;

@@ -22,8 +22,8 @@ const DEFAULT: &str = "BOOL";
 /// The upper index bound assumed for an array with computed indices.
 const MOST_ELEMENTS: i32 = 99;
 
-/// The first value assigned to constants of unknown value; each further constant gets the next one. Large enough for an
-/// array bound.
+/// The first value assigned to constants of unknown value; each additional constant gets the next one. Large enough for
+/// an array bound.
 const FIRST_CONSTANT: usize = 100;
 
 /// An assumed declaration of one undeclared name.

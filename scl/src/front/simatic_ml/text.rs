@@ -33,7 +33,7 @@ const IDLE: [&str; 9] = [
     "StringAttribute",
 ];
 
-/// A text as long as the document, blank except for SCL fragments, each at the offset of its element. Spans in it are
+/// A string as long as the document, blank except for SCL fragments, each at the offset of its element. Spans in it are
 /// therefore spans in the document.
 pub(super) struct Written {
     text: String,

@@ -432,7 +432,7 @@ impl Random {
         body
     }
 
-    /// Generates a call of an earlier function; `None` if none fits.
+    /// Generates a call to an earlier function; `None` if none fits.
     fn call(&mut self) -> Option<Call> {
         let own = self.function - self.first;
         if self.is_pure || own == 0 && self.library.is_empty() {
@@ -497,7 +497,7 @@ impl Random {
         function.checked_sub(self.first).map(|own| FORMS[own])
     }
 
-    /// Generates a call of an earlier function for its value.
+    /// Generates a call to an earlier function for its value.
     fn value_of(&mut self, ty: Scalar) -> Option<Expr> {
         let function =
             (self.first..self.function).find(|it| matches!(self.form(*it), Some(Form::Value(of, _)) if of == ty))?;
