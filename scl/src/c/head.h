@@ -1,7 +1,7 @@
 #include <stddef.h>
 #include <string.h>
 
-/* Integers by their bits. */
+/* Integer types by size in bits. */
 typedef signed char i8_t;
 typedef unsigned char u8_t;
 typedef short i16_t;
@@ -14,7 +14,7 @@ typedef char integers_have_these_bits[sizeof(i16_t) == 2 && sizeof(i32_t) == 4 &
 #define I64_MAX ((i64_t)(~(u64_t)0 >> 1))
 #define I64_MIN (-I64_MAX - 1)
 
-/* The results are those of the PLC only if each operation rounds to its type. */
+/* The results match the PLC's only if each operation rounds to its type. */
 #if defined(__FAST_MATH__)
 #error "compile without -ffast-math: it changes the results of this program"
 #endif
@@ -41,7 +41,7 @@ typedef char integers_have_these_bits[sizeof(i16_t) == 2 && sizeof(i32_t) == 4 &
 #pragma fp_contract(off)
 #endif
 
-/* What a host calls; one in the same file makes it static. */
+/* The functions that a host calls; a host in the same file makes them static. */
 #ifndef PROGRAM
 #define PROGRAM
 #endif

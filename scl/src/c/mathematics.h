@@ -11,7 +11,7 @@ static double no_number(void) {
 }
 
 # tiny
-/* Below 2^-27, sine, tangent and their inverses are their argument, rounded. */
+/* Below 2^-27, sine, tangent and their inverses equal their rounded argument. */
 static double tiny(void) {
     return 7.450580596923828e-9;
 }
@@ -32,8 +32,8 @@ static twofold_t ordered_sum(double a, double b) {
 }
 
 # exact_product
-/* a * b, exactly, for magnitudes below 2^500 if nothing is lost below the smallest number: the halves of the numbers, of 26 bits each,
-   have products that need no rounding. */
+/* a * b, exactly, for magnitudes below 2^500 without underflow: each factor is split into halves of 26 bits, whose products need no
+   rounding. */
 static twofold_t exact_product(double a, double b) {
     /* 2^27 + 1 */
     double a_shifted = 134217729.0 * a, b_shifted = 134217729.0 * b;
@@ -70,7 +70,7 @@ static twofold_t twofold_minus(twofold_t a) {
 }
 
 # polynomial
-/* The polynomial with these coefficients, the constant first: `wide` of them in twice the precision, those of higher powers, which
+/* The polynomial with these coefficients, the constant first: the first `wide` in twice the precision, those of higher powers, which
    contribute little, in binary64. */
 static twofold_t polynomial(twofold_t x, twofolds_t coefficients, size_t count, size_t wide) {
     double narrow = 0.0;
@@ -89,17 +89,17 @@ static twofold_t polynomial(twofold_t x, twofolds_t coefficients, size_t count, 
 }
 
 # nearest
-/* The nearest whole number of one below 2^51, ties to even: 1.5 * 2^52 leaves no bit for a fraction. */
+/* The nearest whole number to one below 2^51, ties to even: 1.5 * 2^52 leaves no bit for a fraction. */
 static double nearest(double x) {
     return (x + 6755399441055744.0) - 6755399441055744.0;
 }
 
 # scaled
-/* The number times 2^k, rounded once, also where numbers have fewer bits, below 2^-1022. */
+/* The number times 2^k, rounded once, even for subnormal results. */
 static double scaled(twofold_t x, i64_t k) {
     double number = x.high;
     if (k < -1021) {
-        /* Where this is added, the last bit is that of the smallest number. */
+        /* After this is added, the last bit is that of the smallest number. */
         double offset = power_of_2(-1022 - k);
         if (number < offset) {
             twofold_t with_offset = exact_sum(offset, number);
@@ -197,7 +197,7 @@ static twofold_t logarithm(double x) {
 }
 
 # digit_from
-/* 32 bits of a number of 10 digits, from this bit on. */
+/* 32 bits of a 10-digit number, starting at this bit. */
 static u64_t digit_from(digits_t digits, i64_t bit) {
     size_t n = place_of(bit / 32);
     u64_t above = 0;
@@ -213,8 +213,8 @@ static twofold_t half_pi(void) {
 }
 
 # quadrant
-/* The quadrant of a finite angle that is not negative, and what the angle has beyond the middle of the quadrant's axis, from -pi/4 to
-   pi/4: 2/pi is multiplied by the whole number that the bits of the angle are, with as many digits as that takes. */
+/* The quadrant of a finite, non-negative angle, and the offset of the angle from the quadrant's axis, from -pi/4 to pi/4: 2/pi is
+   multiplied by the angle's mantissa, with as many digits as necessary. */
 static turn_t quadrant(double x) {
     /* 2 / pi */
     static const u64_t two_by_pi[38] = {
@@ -237,7 +237,7 @@ static turn_t quadrant(double x) {
     if (x <= 0.7853981633974483) {
         return turn_of(0, twofold_of(x, 0.0));
     }
-    /* Digits before the first one give whole turns. */
+    /* Digits before the first one contribute only whole turns. */
     if (exponent >= 2) {
         first = (exponent - 2) / 32;
     }
@@ -245,7 +245,7 @@ static turn_t quadrant(double x) {
         digits[n] = two_by_pi[place_of(first) + 7 - n];
         n += 1;
     }
-    /* The product, its lowest digit first. Its point stands before the bit of this number. */
+    /* The product, lowest digit first. Its binary point is at this bit. */
     point = 32 * (first + 8) - exponent;
     n = 0;
     while (n < 10) {
@@ -256,7 +256,7 @@ static turn_t quadrant(double x) {
         digits[n] = sum & 0xFFFFFFFF;
         n += 1;
     }
-    /* Beyond a half the next quadrant is nearer, and the rest of 1 counts: its bits are the other ones. */
+    /* Beyond one half, the next quadrant is nearer, and the complement to 1 is used: its bits are inverted. */
     beyond = digit_from(digits, point - 32) >> 31;
     bit = point;
     while (bit > point - 192) {
@@ -316,7 +316,7 @@ static twofold_t cosine(twofold_t x) {
 }
 
 # angle_of
-/* The angle, from 0 to pi/2, of a triangle with these legs, which are not negative: y / x is turned back by the nearest n / 8 whose arc
+/* The angle, from 0 to pi/2, of a triangle with these non-negative legs: y / x is rotated back by the nearest n / 8 whose arc
    tangent is known. */
 static twofold_t angle_of(twofold_t y, twofold_t x) {
     /* arctan(n / 8) */
@@ -359,7 +359,7 @@ static twofold_t other_leg(double x) {
 }
 
 # with_sign
-/* The number with the sign of another one. */
+/* The number with the sign of another. */
 static double with_sign(double number, double other) {
     if (other < 0.0) {
         return -number;
@@ -377,7 +377,7 @@ static double exp_f64(double x) {
 }
 
 # ln_f64
-/* The natural logarithm: that of 0 is -infinity, and what is below 0 has none. */
+/* The natural logarithm: -infinity for 0, NaN for negative numbers. */
 static double ln_f64(double x) {
     if (x == 0.0) {
         return -infinite();
@@ -392,7 +392,7 @@ static double ln_f64(double x) {
 }
 
 # log_f64
-/* The logarithm to the base of 10. */
+/* The logarithm to base 10. */
 static double log_f64(double x) {
     if (!(x > 0.0 && x < infinite())) {
         return ln_f64(x);
@@ -402,7 +402,7 @@ static double log_f64(double x) {
 }
 
 # sine_from
-/* The sine of an angle that is so many quadrants beyond this one. */
+/* The sine of an angle plus this many quadrants. */
 static double sine_from(turn_t turn, u64_t quadrants) {
     u64_t number = (turn.quadrant + quadrants) & 3;
     double y;
@@ -456,7 +456,7 @@ static double tan_f64(double x) {
 }
 
 # asin_f64
-/* The angle from -pi/2 to pi/2 with this sine; beyond 1 there is none. */
+/* The angle from -pi/2 to pi/2 with this sine; NaN beyond 1. */
 static double asin_f64(double x) {
     if (!(abs_f64(x) <= 1.0)) {
         return no_number();
@@ -468,7 +468,7 @@ static double asin_f64(double x) {
 }
 
 # acos_f64
-/* The angle from 0 to pi with this cosine; beyond 1 there is none. */
+/* The angle from 0 to pi with this cosine; NaN beyond 1. */
 static double acos_f64(double x) {
     twofold_t angle;
     if (!(abs_f64(x) <= 1.0)) {
@@ -495,7 +495,7 @@ static double atan_f64(double x) {
 }
 
 # pow_f64
-/* x to the power of y. A negative x needs a whole y; x^0 and 1^y are 1, also of what is not a number. */
+/* x to the power of y. A negative x requires a whole y; x^0 and 1^y are 1, even for NaN. */
 static double pow_f64(double x, double y) {
     double base = abs_f64(x), size = abs_f64(y), sign = 1.0;
     if (y == 0.0 || x == 1.0) {
@@ -504,7 +504,7 @@ static double pow_f64(double x, double y) {
     if (!(x == x && y == y)) {
         return no_number();
     }
-    /* An odd y; from 2^53 on, all numbers are even. */
+    /* Negative x with odd y; from 2^53 upward, all numbers are even. */
     if (trunc_f64(y) == y && trunc_f64(y / 2.0) != y / 2.0 && bits_f64(x) >> 63 == 1) {
         sign = -1.0;
     }
@@ -520,14 +520,14 @@ static double pow_f64(double x, double y) {
     if (base == 1.0) {
         return sign;
     }
-    /* 2^64: too much for every base but 1. */
+    /* 2^64: overflows or underflows for every base except 1. */
     if (size > 18446744073709551616.0) {
         if ((base > 1.0) == (y > 0.0)) {
             return sign * infinite();
         }
         return sign * 0.0;
     }
-    /* 2^-70: the exponential of less is 1, rounded. */
+    /* 2^-70: for less, the exponential rounds to 1. */
     if (size < 8.470329472543003e-22) {
         return 1.0;
     }

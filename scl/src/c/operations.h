@@ -1,5 +1,5 @@
 # AT_8
-/* Numbers of 8 bytes lie at multiples of 8 everywhere; i386 would put them at multiples of 4. */
+/* 8-byte numbers are 8-byte aligned on every platform; by default, i386 aligns them to 4 bytes. */
 #if defined(__GNUC__) && defined(__i386__)
 #define AT_8 __attribute__((aligned(8)))
 #else
@@ -7,11 +7,11 @@
 #endif
 
 # LINE
-/* A line of one of several sources. */
+/* A line in one of the sources. */
 #define LINE(file, line) ((file) << 24 | (line))
 
 # call_t
-/* A call: its time in nanoseconds, what is left of its budget, and why it was stopped, if it was. */
+/* A call: its time in nanoseconds, the remaining budget and, if it was stopped, the reason. */
 typedef struct {
     i64_t now;
     i64_t budget;
@@ -25,7 +25,7 @@ typedef struct {
 enum { OUT_OF_BOUNDS = 1, OUT_OF_BUDGET = 2, STEP_OF_0 = 3 };
 
 # stop
-/* Stops a call: what it has done does not count, and its caller restores the memory. */
+/* Stops a call: its results are discarded, and the caller restores the memory. */
 static void stop(call_t *call, i32_t cause, i32_t line) {
     if (call->stopped == 0) {
         call->stopped = line;
@@ -34,7 +34,7 @@ static void stop(call_t *call, i32_t cause, i32_t line) {
 }
 
 # index_of
-/* How far an index lies behind the lowest one. Outside of its bounds it stops the call. */
+/* The zero-based position of an index; stops the call if the index is out of bounds. */
 static size_t index_of(call_t *call, i64_t index, i64_t low, i64_t high, i32_t line) {
     if (index >= low && index <= high) {
         return (size_t)(index - low);
@@ -49,7 +49,7 @@ static size_t index_of(call_t *call, i64_t index, i64_t low, i64_t high, i32_t l
 }
 
 # goes_on
-/* Whether a loop may go on. */
+/* Whether a loop may continue. */
 static int goes_on(call_t *call, i32_t line) {
     call->budget -= 1;
     if (call->budget < 0) {
@@ -96,25 +96,25 @@ static u64_t bits_f64(double number) {
 }
 
 # add_* integer
-/* a + b; it wraps. */
+/* a + b; wraps. */
 static $T add_$t($T a, $T b) {
     return ($T)($U)(($W)a + ($W)b);
 }
 
 # sub_* integer
-/* a - b; it wraps. */
+/* a - b; wraps. */
 static $T sub_$t($T a, $T b) {
     return ($T)($U)(($W)a - ($W)b);
 }
 
 # mul_* integer
-/* a * b; it wraps. */
+/* a * b; wraps. */
 static $T mul_$t($T a, $T b) {
     return ($T)($U)(($W)a * ($W)b);
 }
 
 # neg_* integer
-/* -a; it wraps. */
+/* -a; wraps. */
 static $T neg_$t($T a) {
     return ($T)($U)(($W)0 - ($W)a);
 }
@@ -140,7 +140,7 @@ static $T xor_$t($T a, $T b) {
 }
 
 # div_* signed
-/* a / b towards 0; 0 if b is 0; it wraps. */
+/* a / b, truncated; 0 if b is 0; wraps. */
 static $T div_$t($T a, $T b) {
     return b == 0 ? ($T)0 : b == -1 ? neg_$t(a) : ($T)(a / b);
 }
@@ -152,7 +152,7 @@ static $T rem_$t($T a, $T b) {
 }
 
 # div_* unsigned
-/* a / b towards 0; 0 if b is 0. */
+/* a / b, truncated; 0 if b is 0. */
 static $T div_$t($T a, $T b) {
     return b == 0 ? ($T)0 : ($T)(a / b);
 }
@@ -207,7 +207,7 @@ static $T swap_$t($T a) {
 }
 
 # step_* signed
-/* The next value of a loop; whether it lies beyond the type. */
+/* The next value of a loop counter; returns whether it overflows the type. */
 static int step_$t($T *a, $T step) {
     $T sum = add_$t(*a, step);
     int beyond = step < 0 ? sum > *a : sum < *a;
@@ -216,7 +216,7 @@ static int step_$t($T *a, $T step) {
 }
 
 # step_* unsigned
-/* The next value of a loop; whether it lies beyond the type. */
+/* The next value of a loop counter; returns whether it overflows the type. */
 static int step_$t($T *a, $T step) {
     $T sum = add_$t(*a, step);
     int beyond = sum < *a;
@@ -237,7 +237,7 @@ static $T max_$t($T a, $T b) {
 }
 
 # limit_*
-/* The number in the middle; x if the lowest is above the highest, and if it is not a number. */
+/* The median; x if the lowest is above the highest, or if x is NaN. */
 static $T limit_$t($T low, $T x, $T high) {
     return high < low ? x : x < low ? low : high < x ? high : x;
 }
@@ -268,13 +268,13 @@ static u8_t same_$t(const void *a, const void *b, size_t count) {
 }
 
 # and_bool
-/* Both sides are calculated, as on the PLC. */
+/* Both sides are evaluated, as on the PLC. */
 static u8_t and_bool(u8_t a, u8_t b) {
     return a && b;
 }
 
 # or_bool
-/* Both sides are calculated, as on the PLC. */
+/* Both sides are evaluated, as on the PLC. */
 static u8_t or_bool(u8_t a, u8_t b) {
     return a || b;
 }
@@ -290,13 +290,13 @@ static double abs_f64(double a) {
 }
 
 # abs_* signed
-/* The absolute value; it wraps. */
+/* The absolute value; wraps. */
 static $T abs_$t($T a) {
     return a < 0 ? neg_$t(a) : a;
 }
 
 # is_whole
-/* From 2^52 on every number is whole; what is not a number counts as such. */
+/* From 2^52 upward, every number is whole; NaN counts as whole. */
 static int is_whole(double x) {
     return !(x > -4503599627370496.0 && x < 4503599627370496.0);
 }
@@ -341,7 +341,7 @@ static double frac_f64(double x) {
 }
 
 # whole_i64
-/* A whole number as an integer: the last one beyond 64 bits, 0 for what is not a number. */
+/* A whole number as an integer: saturated beyond 64 bits, 0 for NaN. */
 static i64_t whole_i64(double x) {
     if (!(x == x)) {
         return 0;
@@ -355,7 +355,7 @@ static u64_t whole_u64(double x) {
 }
 
 # round_i32
-/* The nearest integer, ties to even: adding 1.5 * 2^52 leaves no bit for a fraction. Beyond 32 bits the low ones count. */
+/* The nearest integer, ties to even: adding 1.5 * 2^52 leaves no bit for a fraction. Beyond 32 bits, the low bits are used. */
 static i32_t round_i32(double x) {
     if (x >= -2147483648.0 && x <= 2147483647.0) {
         return (i32_t)((x + 6755399441055744.0) - 6755399441055744.0);
@@ -364,7 +364,7 @@ static i32_t round_i32(double x) {
 }
 
 # sqrt_f64
-/* The square root, digit by digit and rounded to the nearest number; two bits of the mantissa give one of the root. */
+/* The square root, digit by digit, rounded to nearest: two bits of the mantissa yield one bit of the root. */
 static double sqrt_f64(double x) {
     u64_t mantissa = bits_f64(x) & 0xFFFFFFFFFFFFFull, root = 0, rest = 0;
     i64_t exponent = (i64_t)(bits_f64(x) >> 52);
@@ -398,7 +398,7 @@ static double sqrt_f64(double x) {
 }
 
 # length_of
-/* Texts: a length, then characters of one or two bytes. */
+/* Strings: a length, then characters of one or two bytes. */
 static size_t length_of(const void *text, size_t capacity) {
     u16_t length;
     memcpy(&length, text, sizeof length);
@@ -428,8 +428,8 @@ static int compare_text(const void *a, size_t a_capacity, const void *b, size_t 
 }
 
 # twofold_t
-/* The sum of two numbers that is not carried out: about 106 bits. The second is at most half a unit in the last place of the first,
-   which is therefore the sum, rounded. */
+/* An unevaluated sum of two numbers, with about 106 bits. The second is at most half a unit in the last place of the first, which is
+   therefore the rounded sum. */
 typedef struct {
     double high;
     double low;
@@ -456,7 +456,7 @@ typedef const twofold_t *twofolds_t;
 typedef const u64_t *digits_t;
 
 # turn_t
-/* An angle, as a quadrant and what it has beyond the middle of the quadrant's axis. */
+/* An angle, as a quadrant and the offset from the quadrant's axis. */
 typedef struct {
     u64_t quadrant;
     twofold_t rest;
