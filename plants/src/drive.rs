@@ -4,23 +4,23 @@ use crate::dynamics::{Lag, limited, seconds};
 use blocks::{Law, Response};
 
 blocks::block! {
-    /// Speed-controlled drive that trips where its setpoint changes faster than it can follow: counts in, speed out.
+    /// Speed-controlled drive that trips if its setpoint changes faster than it can follow: counts in, speed out.
     ///
     /// # Purpose
     ///
-    /// A speed-controlled drive that trips where its setpoint changes faster than it can follow, so that it needs a
-    /// ramp generator: the plant for HLG. Inertia, torque limit and monitoring are those of an inverter, as simple as
-    /// they can be.
+    /// A speed-controlled drive that trips if its setpoint changes faster than it can follow and therefore needs a ramp
+    /// generator: the plant for HLG. Inertia, torque limit and monitoring are like those of an inverter drive, as
+    /// simple as possible.
     ///
     /// # Quick start
     ///
-    /// 1. Connect HLG to SP; N_ACT to INIT and a reset button to SET of HLG and to RESET.
-    /// 2. CYCLE: TZ of the ramp generator.
-    /// 3. TH_TZ and TR_TZ of HLG so that the ramp stays below ERR_MAX / CTRL_TM, 750 rpm a second with the start
-    ///    values; LOAD for a disturbance.
+    /// 1. Connect HLG to SP, N_ACT to INIT of HLG, and a reset button to both SET of HLG and RESET.
+    /// 2. CYCLE: the same as TZ of the ramp generator.
+    /// 3. Choose TH_TZ and TR_TZ of HLG so that the ramp stays below ERR_MAX / CTRL_TM, 750 rpm/s with the start
+    ///    values; set LOAD for a disturbance.
     ///
-    /// For HLG: S1 20000, TH 400 calls of 10 ms bring the drive to 916 rpm in 4 s; TH 100 trips it, and so does S1
-    /// itself.
+    /// For HLG: with S1 = 20000, a TH of 400 calls at 10 ms brings the drive to 916 rpm in 4 s; a TH of 100 calls trips
+    /// it, and so does S1 connected directly.
     ///
     /// # Diagram
     ///
@@ -89,11 +89,11 @@ blocks::block! {
     /// \end{aligned}
     /// ```
     ///
-    /// A call, `M_L` being the load that acts:
+    /// One call, where `M_L` is the effective load:
     ///
     /// ```text
     /// SP_RPM = N_MAX (SP / 32767)
-    /// TRIP   = FALSE on a rising edge of RESET;  TRUE if |SP_RPM - SPEED| > ERR_MAX;  else as it was
+    /// TRIP   = FALSE on a rising edge of RESET;  TRUE if |SP_RPM - SPEED| > ERR_MAX;  else unchanged
     /// M_L    = LOAD within -M_MAX ... M_MAX,  A = N_MAX / ACC_TM
     /// dSPEED/dt = (SP_RPM - SPEED) / CTRL_TM   within  A (-M_MAX - M_L) / 100 % ... A (M_MAX - M_L) / 100 %
     /// TORQUE = M_L + 100 % (dSPEED/dt) / A
@@ -103,100 +103,104 @@ blocks::block! {
     ///
     /// # Clauses
     ///
-    /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
-    ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
-    /// 2. Start: at rest, not tripped, whatever the setpoint is.
-    /// 3. The speed follows the setpoint as a lag CTRL_TM, as far as the torque allows: on a ramp of r rpm a second it
-    ///    stays r CTRL_TM behind, and beyond A (M_MAX - M_L) / 100 % a second ever more. The control makes up for the
-    ///    load.
-    /// 4. Monitoring: once in a call, before the drive moves, setpoint and speed are compared. More than ERR_MAX apart,
-    ///    the drive trips. So a jump of more than ERR_MAX trips it at once, a ramp of more than ERR_MAX / CTRL_TM rpm a
-    ///    second (with the defaults 750: 0 to 1500 rpm in 2 s) as soon as it is that far behind, and a slower one too where
-    ///    the load leaves too little torque.
-    /// 5. Tripped, the drive has no torque and coasts to rest. A rising edge of RESET clears the trip; a setpoint that is
-    ///    too far away trips it again in the same call. So bring the setpoint to N_ACT first (SET and INIT, or R, of HLG).
+    /// 1. Call k covers the time from k to k + 1 times CYCLE, with the inputs held; after the call, the outputs are
+    ///    those at the end of that time. So use a communication step of CYCLE or a multiple of it; with shorter steps
+    ///    the outputs run ahead by part of a CYCLE.
+    /// 2. Start: standstill, not tripped, whatever the setpoint.
+    /// 3. The speed follows the setpoint with a first-order lag CTRL_TM, within the torque limit: on a ramp of r rpm/s
+    ///    it stays r CTRL_TM behind, and on one steeper than A (M_MAX - M_L) / 100 % per second it falls further and
+    ///    further behind. The control compensates for the load.
+    /// 4. Monitoring: setpoint and speed are compared once per call, before the drive moves. If they are more than
+    ///    ERR_MAX apart, the drive trips. So a jump of more than ERR_MAX trips it at once, and a ramp of more than
+    ///    ERR_MAX / CTRL_TM per second (with the defaults 750 rpm/s: 0 to 1500 rpm in 2 s) trips it as soon as the
+    ///    speed is that far behind; so does a slower ramp if the load leaves too little torque.
+    /// 5. Once tripped, the drive has no torque and coasts to a standstill. A rising edge of RESET clears the trip; a
+    ///    setpoint too far from the speed trips it again in the same call. So bring the setpoint to N_ACT first (SET
+    ///    and INIT, or R, of HLG).
     /// 6. LOAD is limited to the torque limit: an overhauling load is not modelled.
     ///
     /// # Limits of use
     ///
-    /// Solved in closed form for held inputs, the change from the torque limit to the lag within a CYCLE
-    /// included, so the speed depends on CYCLE only by rounding (a few parts in 10^14).
-    /// The results are the same to the last bit on every platform.
+    /// Solved in closed form for held inputs, including the change from the torque limit to the lag within a CYCLE, so
+    /// the speed depends on CYCLE only through rounding (a few parts in 10^14). The results are the same to the last
+    /// bit on every platform.
     ///
-    /// The speed control makes up for the load at once and without an error; its own dynamics are one lag.
+    /// The speed control compensates for the load immediately and without error; its dynamics are a single lag.
     ///
-    /// Bad input: CTRL_TM not above 0 follows as fast as the torque allows, ACC_TM not above 0 has no inertia, COAST_TM
-    /// not above 0 stops at once; M_MAX or ERR_MAX below 0 counts as 0, a negative N_MAX turns the direction.
+    /// Bad input: with CTRL_TM not above 0 the speed follows as fast as the torque allows; ACC_TM not above 0 means no
+    /// inertia; with COAST_TM not above 0 the drive stops at once; M_MAX or ERR_MAX below 0 counts as 0; a negative
+    /// N_MAX reverses the direction.
     pub struct Drive as "DRIVE" {
         input {
-            /// Speed setpoint in counts, 32767 is N_MAX
+            /// Speed setpoint in counts: 32767 is N_MAX
             ///
-            /// Connect HLG, the ramp, here: 20000 counts are 916 rpm with the start value of N_MAX. A jump of more than
-            /// ERR_MAX trips the drive in the same call: 75 rpm are 1638 counts.
+            /// Connect the output of HLG here: 20000 counts are 916 rpm with the start value of N_MAX. A jump of more
+            /// than ERR_MAX trips the drive in the same call: 75 rpm are 1638 counts.
             sp: Int = 0, min -32767, max 32767;
-            /// Rising edge: goes on after a trip
+            /// Rising edge: clears a trip
             ///
-            /// A change from FALSE to TRUE ends the trip, if setpoint and speed are near enough by then. Bring the
-            /// setpoint to N_ACT first, with SET and INIT of HLG.
+            /// A change from FALSE to TRUE clears the trip, provided that setpoint and speed are close enough by then.
+            /// Bring the setpoint to N_ACT first, with SET and INIT of HLG.
             reset: Bool = false;
             /// Disturbance: load torque in percent of the rated torque
             ///
-            /// The speed control makes up for it as far as the torque limit allows: 130 % with M_MAX = 150 % leaves 20
-            /// % for acceleration, so that a fast ramp trips the drive.
+            /// The speed control compensates for it within the torque limit: 130 % with M_MAX = 150 % leaves 20 % for
+            /// acceleration, so a fast ramp trips the drive.
             load: LReal = 0.0, unit "%";
         }
         parameter {
             /// Speed at 32767 counts
             ///
-            /// Scales counts to speed. A negative one turns the direction.
+            /// Scales counts to speed. A negative value reverses the direction.
             n_max: LReal = 1500.0, unit "rpm";
             /// Time constant of the speed control; 0: none
             ///
-            /// On a ramp of r rpm a second the speed stays r CTRL_TM behind: 500 rpm/s and 0.1 s are 50 rpm. ERR_MAX
-            /// has to be larger.
+            /// On a ramp of r rpm/s the speed stays r CTRL_TM behind: 50 rpm for 500 rpm/s and 0.1 s. ERR_MAX must be
+            /// larger.
             ctrl_tm: LReal = 0.1, min 0.0, unit "s";
-            /// Inertia: time in which the rated torque accelerates the drive from rest to N_MAX
+            /// Inertia: time in which the rated torque accelerates the drive from standstill to N_MAX
             ///
             /// With 150 % torque it takes two thirds of this time. It limits the slope of a ramp.
             acc_tm: LReal = 2.0, min 0.0, unit "s";
             /// Torque limit in percent of the rated torque
             ///
-            /// What the inverter gives for a short time. Torque that the load takes is not available for acceleration.
+            /// The short-time torque of the inverter. Torque taken by the load is not available for acceleration.
             m_max: LReal = 150.0, min 0.0, unit "%";
-            /// Largest allowed difference of setpoint and speed
+            /// Largest allowed difference between setpoint and speed
             ///
-            /// The monitoring that makes a ramp generator necessary: setpoint and speed further apart than this, and
-            /// the drive trips. Divided by CTRL_TM it is the steepest ramp, 750 rpm a second with the start values.
+            /// The monitoring that makes a ramp generator necessary: the drive trips if setpoint and speed are further
+            /// apart than this. Divided by CTRL_TM it is the steepest ramp, 750 rpm/s with the start values.
             err_max: LReal = 75.0, min 0.0, unit "rpm";
-            /// Time constant of coasting to rest after a trip
+            /// Time constant of coasting to a standstill after a trip
             ///
-            /// Tripped, the drive has no torque: its speed falls to 37 % in this time.
+            /// A tripped drive has no torque: its speed falls to 37 % in this time.
             coast_tm: LReal = 2.0, min 0.0, unit "s";
         }
         cycle {
             /// Time by which a call advances the drive
             ///
-            /// The drive is solved exactly between two calls; the monitoring looks once a call. Make it the cycle of
+            /// The drive is solved exactly between two calls; the monitoring runs once per call. Set it to the cycle of
             /// the ramp generator, 10 ms.
             cycle: Time = Time::ms(10), min Time::ms(1);
         }
         output {
             /// Speed
             ///
-            /// Actual speed in rpm. It follows SP_RPM with CTRL_TM, as far as the torque allows.
+            /// Actual speed in rpm. It follows SP_RPM with the lag CTRL_TM, within the torque limit.
             speed: LReal, unit "rpm";
-            /// Speed in counts, 32767 is N_MAX; for INIT of HLG
+            /// Speed in counts: 32767 is N_MAX; for INIT of HLG
             ///
-            /// For INIT of HLG: with SET the ramp starts at the present speed, so that a reset does not trip again.
+            /// With SET of HLG the ramp then starts at the current speed, so that the drive does not trip again after a
+            /// reset.
             n_act: Int;
             /// Tripped: setpoint and speed were too far apart
             ///
             /// TRUE from the call in which setpoint and speed are more than ERR_MAX apart until a rising edge of RESET.
-            /// The drive coasts meanwhile.
+            /// Meanwhile, the drive coasts.
             trip: Bool;
             /// Speed setpoint
             ///
-            /// The setpoint in rpm, to be drawn beside SPEED.
+            /// The setpoint in rpm, for plotting alongside SPEED.
             sp_rpm: LReal, unit "rpm";
             /// Torque in percent of the rated torque
             ///
@@ -218,7 +222,7 @@ impl Law for Drive {
     const HOLDS_INPUTS: bool = true;
 
     const RESPONSES: &'static [Response] = &[Response {
-        title: "Small setpoint steps with and without load, then one that is too large, then a reset",
+        title: "Small setpoint steps with and without load, then one too large, then a reset",
         calls: 600,
         set: &[
             (50, "SP", 1600.0),
@@ -339,7 +343,7 @@ mod tests {
 
     #[test]
     fn a_small_step_is_followed_as_a_lag() {
-        // 1000 counts are 45.8 rpm, which ask for 458 rpm a second; the torque allows 1125.
+        // 1000 counts are 45.8 rpm, which demand 458 rpm/s; the torque allows 1125 rpm/s.
         let mut drive = started(Drive { sp: 1000, ..Drive::default() });
         for call in 1..=100 {
             drive.call();

@@ -4,27 +4,27 @@ use crate::dynamics::{Delay, Kept, Lags, analog, limited};
 use blocks::{LReal, Law, Response};
 
 blocks::block! {
-    /// Electrically heated furnace with a door: heating power in, temperature out, behind two lags and a transport delay.
+    /// Electrically heated furnace with a door: heating power in, temperature out, with two lags and a transport delay.
     ///
     /// # Purpose
     ///
-    /// A furnace to close a loop with: slow, with a dead time, and with a door as the disturbance. It is a plant for
-    /// CONT_C and PULS_CTR with the usual difficulty of temperature loops. Its numbers are round, so that one can check
-    /// them by hand.
+    /// A furnace for closing a loop: slow, with a dead time, and with a door as the disturbance. It is a plant for
+    /// CONT_C and PULS_CTR, as difficult as temperature loops usually are. Its numbers are round so that they can be
+    /// checked with pencil and paper.
     ///
     /// # Quick start
     ///
     /// 1. Connect LMN of the controller to POWER, and TEMP to PV_IN, or T_PER to PV_PER with PVPER_ON = TRUE and PV_FAC
     ///    = 4.
-    /// 2. CYCLE: as the controller's. Step the controller first, then the furnace.
-    /// 3. Set DOOR during the run for a disturbance.
+    /// 2. CYCLE: the same as the controller's. Step the controller first, then the furnace.
+    /// 3. Set DOOR during the run to create a disturbance.
     ///
     /// For CONT_C, with degC for setpoint and process value and CYCLE 1 s: PI with GAIN 0.7, TI 130 s overshoots a
-    /// setpoint step by 0.5 % at most; from 20 to 60 degC it stays within 2 % of the step after 133 s, from 20 to 200
-    /// degC, with POWER at 100 % at first, after 425 s. At 200 degC, opening the door by half then costs 12 K. PI with
-    /// GAIN 1.4, TI 80 s is faster where POWER is at 100 % for long, 275 s to 200 degC and 8 K, but overshoots a step
-    /// to 60 degC by 30 %. PID with GAIN 4, TI 80 s, TD 16 s, TM_LAG 3 s takes 161 s to 200 degC, where the door costs
-    /// 3 K, but overshoots a step to 40 degC by 12 %.
+    /// setpoint step by 0.5 % at most; from 20 to 60 degC it settles to within 2 % of the step after 133 s, from 20 to
+    /// 200 degC, with POWER at 100 % at first, after 425 s. At 200 degC, opening the door halfway then causes a drop of
+    /// 12 K. PI with GAIN 1.4, TI 80 s is faster where POWER is at 100 % for long (275 s to 200 degC, a drop of 8 K),
+    /// but overshoots a step to 60 degC by 30 %. PID with GAIN 4, TI 80 s, TD 16 s, TM_LAG 3 s takes 161 s to 200 degC,
+    /// where the door causes a drop of 3 K, but overshoots a step to 40 degC by 12 %.
     ///
     /// # Diagram
     ///
@@ -91,8 +91,8 @@ blocks::block! {
     /// \end{aligned}
     /// ```
     ///
-    /// `p` is POWER within 0 ... 100 %, in the equations as it was DELAY_TM ago. `L` is the loss as a multiple of that with the door
-    /// closed:
+    /// `p` is POWER within 0 ... 100 %; the equations use its value DELAY_TM ago. `L` is the loss relative to the loss
+    /// with the door closed:
     ///
     /// ```text
     /// L = 1 + (DOOR / 100 %) (DOOR_LOSS / 100 %)
@@ -103,123 +103,127 @@ blocks::block! {
     ///
     /// # Clauses
     ///
-    /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
-    ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
-    /// 2. Start: furnace and sensor are in equilibrium at T_START: the power still on its way is the one that holds it
-    ///    with the door closed, as far as 0 ... 100 % can.
-    /// 3. Steady state: TEMP = T_AMB + RISE (p / 100 %) / L. The door lowers it and makes the furnace faster, by L each.
-    /// 4. A power change at time t begins to act at t + DELAY_TM, within a CYCLE too. The disturbances act at once.
+    /// 1. Call k covers the time from k to k + 1 times CYCLE, with the inputs held; after the call, the outputs are
+    ///    those at the end of that time. So use a communication step of CYCLE or a multiple of it; with shorter steps
+    ///    the outputs run ahead by part of a CYCLE.
+    /// 2. Start: furnace and sensor are in equilibrium at T_START: the power still in the delay is the power that holds
+    ///    this temperature with the door closed, limited to 0 ... 100 %.
+    /// 3. Steady state: TEMP = T_AMB + RISE (p / 100 %) / L. An open door reduces both the temperature rise and the
+    ///    time constant by the factor L.
+    /// 4. A power change at time t begins to act at t + DELAY_TM, even within a CYCLE. The disturbances act at once.
     /// 5. POWER and DOOR are limited to 0 ... 100 %.
-    /// 6. T_PER is TEMP as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range. With
-    ///    CONT_C's PVPER_ON, PV_FAC = (T_PER_100 - T_PER_0) / 100 and PV_OFF = T_PER_0 make degC of it again.
-    /// 7. All parameters but DELAY_MAX may be tuned while the furnace runs. DELAY_TM counts up to DELAY_MAX, or to its
-    ///    own value at the start where that is longer.
+    /// 6. T_PER is TEMP as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range.
+    ///    In CONT_C, PVPER_ON = TRUE, PV_FAC = (T_PER_100 - T_PER_0) / 100 and PV_OFF = T_PER_0 convert it back to
+    ///    degC.
+    /// 7. All parameters except DELAY_MAX may be tuned during a run. DELAY_TM is limited to DELAY_MAX, or to its own
+    ///    value at the start if that is longer.
     ///
     /// # Limits of use
     ///
-    /// Solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
+    /// Solved in closed form for held inputs, so the result depends on CYCLE only through rounding (a few parts in
     /// 10^14). The results are the same to the last bit on every platform.
     ///
-    /// The loss is proportional to the temperature difference, as by conduction; radiation is not.
+    /// The loss is proportional to the temperature difference, as in conduction; radiation is not modelled.
     ///
     /// Bad input: a time that is 0 or negative means no lag, or no delay. DOOR_LOSS below 0 counts as 0.
     pub struct Heater as "HEATER" {
         input {
             /// Heating power
             ///
-            /// Connect LMN of the controller. It is limited to 0 ... 100 %, and acts DELAY_TM later. 50 % holds 170
-            /// degC with the start values: T_AMB + RISE / 2.
+            /// Connect LMN of the controller. It is limited to 0 ... 100 % and acts after DELAY_TM. With the start
+            /// values, 50 % holds 170 degC: T_AMB + RISE / 2.
             power: LReal = 0.0, min 0.0, max 100.0, unit "%";
             /// Disturbance: how far the door is open
             ///
-            /// An open door loses heat: at 100 % the loss is DOOR_LOSS percent larger, so that 50 % power holds 120
-            /// degC instead of 170. It acts at once and makes the furnace faster, too. Set it during a run to see how
-            /// the loop recovers.
+            /// An open door loses heat: at 100 % the loss is DOOR_LOSS percent larger, so 50 % power holds 120 degC
+            /// instead of 170. It acts at once and also makes the furnace faster. Set it during a run to see how the
+            /// loop recovers.
             door: LReal = 0.0, min 0.0, max 100.0, unit "%";
         }
         parameter {
             /// Temperature of the surroundings
             ///
-            /// What the furnace cools down to without power. A change while it runs acts as a disturbance with the time
-            /// constant FURN_TM.
+            /// The temperature to which the furnace cools without power. A change during a run acts as a disturbance
+            /// with the time constant FURN_TM.
             t_amb: LReal = 20.0, min -273.15, unit "degC";
             /// Temperature of furnace and sensor at the start
             ///
-            /// Furnace and sensor are in equilibrium at this temperature, and the power that holds it is on its way
-            /// through the delay. With T_START = T_AMB the run is a cold start.
+            /// Furnace and sensor are in equilibrium at this temperature, and the delay is filled with the power that
+            /// holds it. With T_START = T_AMB the run is a cold start.
             t_start: LReal = 20.0, min -273.15, unit "degC";
             /// Temperature above the surroundings that full power holds with the door closed
             ///
-            /// The gain of the plant: RISE / 100 is K for each percent, 3 with the start value. A tuning rule needs it
+            /// The gain of the plant: RISE / 100 in K per percent, 3 with the start value. A tuning rule needs it
             /// together with FURN_TM and DELAY_TM.
             rise: LReal = 300.0, unit "K";
             /// Time constant of the furnace with the door closed; 0: none
             ///
-            /// After a step of the power the furnace has moved 63 % of the way after this time. It is the dominant time
+            /// After a step in the power, the furnace covers 63 % of the change in this time. It is the dominant time
             /// constant for a tuning rule; an open door makes it shorter.
             furn_tm: LReal = 120.0, min 0.0, unit "s";
             /// Time constant of the sensor; 0: none
             ///
-            /// TEMP follows T_FURN with it. It adds to the dead time that a controller sees: take half of it as dead
-            /// time and half as time constant in a tuning rule.
+            /// TEMP follows T_FURN with this lag. It adds to the dead time that the controller sees: in a tuning rule,
+            /// count half of it as dead time and half as time constant.
             sens_tm: LReal = 20.0, min 0.0, unit "s";
             /// Transport delay from the heating power to the furnace; range: 0 ... DELAY_MAX
             ///
-            /// A dead time: a change of POWER takes effect after it. The larger its share of FURN_TM, the
-            /// less gain the loop bears. It may be tuned during a run, up to DELAY_MAX.
+            /// A dead time: a change in POWER takes effect after it. The larger it is relative to FURN_TM, the less
+            /// gain the loop tolerates. It may be tuned during a run, up to DELAY_MAX.
             delay_tm: LReal = 5.0, min 0.0, unit "s";
         }
         fixed {
-            /// Longest DELAY_TM that may be tuned while running
+            /// Longest DELAY_TM that may be set during a run
             ///
-            /// Reserves memory for the power on its way, 8 bytes for each CYCLE. Raise it before the start if DELAY_TM
-            /// is to be tuned beyond 60 s.
+            /// Reserves memory for the power in the delay, 8 bytes for each CYCLE. Raise it before the start if
+            /// DELAY_TM will exceed 60 s.
             delay_max: LReal = 60.0, min 0.0, unit "s";
         }
         parameter {
             /// Additional heat loss with the door fully open, in percent of the loss with it closed
             ///
-            /// How strong the disturbance DOOR is: with 50 a fully open door needs half as much power again for the
-            /// same temperature.
+            /// The strength of the disturbance DOOR: with 50, holding the same temperature with the door fully open
+            /// takes half as much power again.
             door_loss: LReal = 50.0, min 0.0, unit "%";
             /// Temperature at which T_PER is 0
             ///
-            /// One end of the analog input's range: this temperature and anything below is 0 in T_PER. PV_OFF of the
-            /// controller is the same number.
+            /// One end of the analog input's range: at this temperature and below, T_PER is 0. Set PV_OFF of the
+            /// controller to the same value.
             t_per_0: LReal = 0.0, unit "degC";
             /// Temperature at which T_PER is 27648
             ///
-            /// The other end of the range: this temperature and anything above is 27648 in T_PER. PV_FAC of the
-            /// controller is a hundredth of the span, 4 with the start values.
+            /// The other end of the range: at this temperature and above, T_PER is 27648. Set PV_FAC of the controller
+            /// to a hundredth of the span, 4 with the start values.
             t_per_100: LReal = 400.0, unit "degC";
         }
         cycle {
             /// Time by which a call advances the furnace
             ///
-            /// The plant is solved exactly between two calls, so this time changes the result by rounding only. Make it
-            /// the controller's CYCLE or a part of it, and step the FMU by it or by a multiple of it.
+            /// The plant is solved exactly between two calls, so this time affects the result only through rounding.
+            /// Set it to the controller's CYCLE or a fraction of it, and use a communication step of this time or a
+            /// multiple of it.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
-            /// Temperature that the sensor shows, for PV_IN
+            /// Temperature measured by the sensor, for PV_IN
             ///
             /// Connect it to PV_IN of the controller for a process value in degC. It lags behind T_FURN by SENS_TM.
             temp: LReal, from t_start, unit "degC";
-            /// Temperature that the sensor shows as an analog input word, for PV_PER
+            /// Temperature measured by the sensor as an analog input word, for PV_PER
             ///
-            /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE, PV_FAC = 4 and PV_OFF = 0: what a module
-            /// for 0 ... 400 degC measures, in steps of 0.014 K. It saturates at the ends of the range; a real
-            /// module goes on to 32511 and gives 32767 beyond.
+            /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE, PV_FAC = 4 and PV_OFF = 0: the reading of
+            /// a module for 0 ... 400 degC, in steps of 0.014 K. It saturates at the ends of the range; a real module
+            /// continues to 32511 and reads 32767 beyond.
             t_per: Word, from t_start t_per_0 t_per_100;
             /// Temperature of the furnace itself
             ///
-            /// What no controller sees: the furnace without its sensor. In a fast heat-up it is above TEMP, by SENS_TM
-            /// times the slope.
+            /// The true temperature, without the sensor lag; the controller does not see it. During a fast heat-up it
+            /// is above TEMP by SENS_TM times the slope.
             t_furn: LReal, from t_start, unit "degC";
         }
     }
     memory Memory {
-        /// The heating power on its way to the furnace.
+        /// The heating power in the delay.
         power: Delay;
         /// The heat loss relative to the loss with the door closed, and the resulting time constant of the furnace.
         loss: Kept<3, [LReal; 2]>;
@@ -233,13 +237,13 @@ impl Law for Heater {
 
     const RESPONSES: &'static [Response] = &[
         Response {
-            title: "Full power for four minutes, then 50 %; from minute 15 on the door is open",
+            title: "Full power for 4 min, then 50 %; the door opens after 15 min",
             calls: 1500,
             set: &[(0, "CYCLE", 1.0), (0, "POWER", 100.0), (240, "POWER", 50.0), (900, "DOOR", 100.0)],
             show: &["POWER", "DOOR", "TEMP", "T_FURN"],
         },
         Response {
-            title: "A step to 50 %: nothing for 5 s, then two lags, 170 degC in the end",
+            title: "A step to 50 %: nothing for 5 s, then two lags, finally 170 degC",
             calls: 900,
             set: &[(0, "CYCLE", 1.0), (10, "POWER", 50.0)],
             show: &["POWER", "TEMP", "T_FURN"],
@@ -470,8 +474,9 @@ mod tests {
         }
     }
 
-    /// From 20 degC to the setpoint, after 1500 s with the door half open: the seconds to within 2 % of the step for good and
-    /// the overshoot in percent, both before the door is opened, and by how many K it then falls below the setpoint.
+    /// From 20 degC to the setpoint, with the door half open after 1500 s: the settling time to within 2 % of the step
+    /// in seconds and the overshoot in percent, both before the door is opened, and the largest drop below the setpoint
+    /// afterwards in K.
     fn controlled_by(controller: ContC, setpoint: f64) -> (usize, f64, f64) {
         let mut furnace = started(Heater::default());
         let mut controller =

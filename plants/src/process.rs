@@ -1,29 +1,32 @@
-//! PROCESS: a process of lags, dead time and integrator, a plant for any controller.
+//! PROCESS: a process with lags, a dead time and an optional integrator, a plant for any controller.
 
 use crate::dynamics::{Delay, Lags, analog};
 use blocks::{Law, Response};
 
 blocks::block! {
-    /// Generic process of two lags and a dead time, self-regulating or integrating: manipulated value in, process value out.
+    /// Generic process with two lags and a dead time, self-regulating or integrating: manipulated value in, process
+    /// value out.
     ///
     /// # Purpose
     ///
-    /// The process of the tuning rules, for a loop whose real plant is known by three numbers only: gain, time constant
-    /// and dead time. With INTEG it is one without self-regulation, such as a level. Nothing in it is limited or
-    /// nonlinear, so that every result can be compared with theory.
+    /// The process assumed by tuning rules, for a loop whose real plant is known only by three numbers: gain, time
+    /// constant and dead time. With INTEG it has no self-regulation, like a level. Nothing in it is limited or
+    /// nonlinear, so every result can be compared with theory.
     ///
     /// # Quick start
     ///
     /// 1. Connect LMN of the controller to U, and PV to PV_IN, or PV_PER to PV_PER with PVPER_ON = TRUE; the start
     ///    values scale it to 0 ... 100.
-    /// 2. GAIN, T1 and DEAD_TM from a step response of the plant: the change of the process value for each percent, the
-    ///    time to 63 % of it, and the time before anything happens. INTEG = TRUE for a plant that does not come to rest.
-    /// 3. U_0 and PV_0: a manipulated value and the process value that it holds; the run starts there.
-    /// 4. CYCLE: as the controller's. Step the controller first, then the process.
-    /// 5. LOAD during the run for a disturbance.
+    /// 2. Take GAIN, T1 and DEAD_TM from a step response of the plant: the change in the process value per percent, the
+    ///    time to 63 % of that change, and the time before anything happens. Set INTEG = TRUE for a plant that does not
+    ///    settle.
+    /// 3. U_0 and PV_0: a manipulated value and the process value that it holds; the run starts at this operating
+    ///    point.
+    /// 4. CYCLE: the same as the controller's. Step the controller first, then the process.
+    /// 5. Set LOAD during the run to create a disturbance.
     ///
-    /// For CONT_C: with CYCLE 100 ms and the start values of the process, GAIN 4.76 and TI 8.4 s (SIMC) bring it from 0 to
-    /// 10 within 0.2 in 9 s, with 7 % overshoot; a LOAD of 10 % then moves PV by 1.8 at most.
+    /// For CONT_C: with CYCLE 100 ms and the start values of the process, GAIN 4.76 and TI 8.4 s (SIMC) bring PV from 0
+    /// to within 0.2 of 10 in 9 s, with 7 % overshoot; a LOAD of 10 % then moves PV by 1.8 at most.
     ///
     /// # Diagram
     ///
@@ -90,7 +93,7 @@ blocks::block! {
     /// \frac{\text{GAIN}\; e^{-\text{DEAD_TM}\,s}}{(1 + \text{T1}\,s)(1 + \text{T2}\,s)}, \qquad \frac{\text{GAIN}\; e^{-\text{DEAD_TM}\,s}}{s\,(1 + \text{T1}\,s)(1 + \text{T2}\,s)}
     /// ```
     ///
-    /// The process, `u` being U + LOAD as it was DEAD_TM ago:
+    /// The process, where `u` is U + LOAD DEAD_TM ago:
     ///
     /// ```text
     /// T1 dx1/dt = GAIN (u - U_0) - x1
@@ -102,25 +105,28 @@ blocks::block! {
     ///
     /// # Clauses
     ///
-    /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
-    ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
-    /// 2. Start: PV is PV_0, at rest, and U_0 has been on its way through the dead time. A U that holds U_0 leaves it so.
+    /// 1. Call k covers the time from k to k + 1 times CYCLE, with the inputs held; after the call, the outputs are
+    ///    those at the end of that time. So use a communication step of CYCLE or a multiple of it; with shorter steps
+    ///    the outputs run ahead by part of a CYCLE.
+    /// 2. Start: PV is PV_0, in steady state, and the dead time is filled with U_0. As long as U stays at U_0, nothing
+    ///    changes.
     /// 3. Steady state without INTEG: PV = PV_0 + GAIN (U + LOAD - U_0).
-    /// 4. With INTEG: PV changes by GAIN (U + LOAD - U_0) a second, once the lags have settled, and rests only where U +
-    ///    LOAD is U_0.
-    /// 5. A change of U or LOAD at time t begins to act at t + DEAD_TM, within a CYCLE too.
-    /// 6. PV_PER is PV as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range, PV does
-    ///    not. With CONT_C's PVPER_ON, PV_FAC = (PV_PER_100 - PV_PER_0) / 100 and PV_OFF = PV_PER_0 make PV of it again.
-    /// 7. All parameters but INTEG and DEAD_MAX may be tuned while the process runs. DEAD_TM counts up to DEAD_MAX, or to
-    ///    its own value at the start where that is longer. A new GAIN or U_0 acts through the lags; a new PV_0 shifts PV
-    ///    at once, and with INTEG it has no effect any more.
+    /// 4. With INTEG: PV changes by GAIN (U + LOAD - U_0) per second once the lags have settled, and is constant only
+    ///    if U + LOAD is U_0.
+    /// 5. A change in U or LOAD at time t begins to act at t + DEAD_TM, even within a CYCLE.
+    /// 6. PV_PER is PV as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range,
+    ///    but PV does not. In CONT_C, PVPER_ON = TRUE, PV_FAC = (PV_PER_100 - PV_PER_0) / 100 and PV_OFF = PV_PER_0
+    ///    convert it back to PV.
+    /// 7. All parameters except INTEG and DEAD_MAX may be tuned during a run. DEAD_TM is limited to DEAD_MAX, or to its
+    ///    own value at the start if that is longer. A new GAIN or U_0 acts through the lags; a new PV_0 shifts PV at
+    ///    once, but with INTEG it has no effect after the start.
     ///
     /// # Limits of use
     ///
-    /// Solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
+    /// Solved in closed form for held inputs, so the result depends on CYCLE only through rounding (a few parts in
     /// 10^13). The results are the same to the last bit on every platform.
     ///
-    /// U is not limited: limit it where it is made. The process has no noise; SENSOR adds it.
+    /// U is not limited: limit it at its source. The process has no noise; SENSOR adds it.
     ///
     /// Bad input: a time that is 0 or negative means no lag, or no delay. An infinite input or NaN stays in PV until the
     /// next start.
@@ -128,81 +134,82 @@ blocks::block! {
         input {
             /// Manipulated value
             ///
-            /// Connect LMN of the controller. It acts DEAD_TM later, as its difference to U_0: with the start values 10 %
-            /// more raise PV by 10 in the end.
+            /// Connect LMN of the controller. Its difference from U_0 acts after DEAD_TM: with the start values, 10 %
+            /// more finally raises PV by 10.
             u: LReal = 0.0, min -100.0, max 100.0, unit "%";
             /// Disturbance at the input
             ///
-            /// Added to U before the dead time: what another consumer takes, or a supply gives, in percent of U. A
-            /// controller with I action makes up for it by just as much less LMN.
+            /// Added to U before the dead time: the demand of another consumer, or a supply, in percent of U. A
+            /// controller with I action compensates for it by lowering LMN by the same amount.
             load: LReal = 0.0, min -100.0, max 100.0, unit "%";
         }
         parameter {
-            /// Gain: change of PV for each percent of U; with INTEG per second
+            /// Gain: change in PV per percent of U; with INTEG, per percent and second
             ///
-            /// The change of PV divided by that of U, when PV has come to rest: 1.5 if 10 % more raise it by 15. With
-            /// INTEG the slope of PV for each percent. Below 0 PV falls where U rises, and the controller needs a negative
-            /// GAIN too.
+            /// The change in PV divided by the change in U, once PV has settled: 1.5 if 10 % more raises it by 15. With
+            /// INTEG it is the slope of PV per percent. If it is below 0, PV falls when U rises, and the controller
+            /// needs a negative GAIN too.
             gain: LReal = 1.0;
             /// First time constant; 0: none
             ///
-            /// After a step of U, PV has moved 63.2 % of its way after the dead time and T1, if T2 is 0.
+            /// After a step in U, PV has covered 63.2 % of its change after the dead time plus T1, if T2 is 0.
             t1: LReal = 10.0, min 0.0, unit "s";
             /// Second time constant; 0: none
             ///
-            /// A second lag, such as that of a sensor. Which of the two is longer does not matter. A tuning rule for one
-            /// lag takes half of the shorter one as dead time and half as time constant.
+            /// A second lag, such as that of a sensor. Which of the two is longer does not matter. In a tuning rule for
+            /// one lag, count half of the shorter one as dead time and half as time constant.
             t2: LReal = 0.0, min 0.0, unit "s";
             /// Dead time; range: 0 ... DEAD_MAX
             ///
-            /// A change of U takes effect after it. The larger its share of T1, the less gain the loop bears.
+            /// A change in U takes effect after it. The larger it is relative to T1, the less gain the loop tolerates.
             /// It may be tuned during a run, up to DEAD_MAX.
             dead_tm: LReal = 1.0, min 0.0, unit "s";
         }
         fixed {
             /// Integrating process: PV does not settle by itself
             ///
-            /// TRUE: PV is the integral of what FALSE would show, as for a level or a position. Only U + LOAD = U_0 holds it.
-            /// A P action alone then leaves no error at a setpoint, but one behind a LOAD.
+            /// TRUE: PV is the integral of the self-regulating response, as for a level or a position. Only U + LOAD =
+            /// U_0 holds it. P action alone then leaves no error after a setpoint step, but does after a LOAD step.
             integ: Bool = false;
-            /// Longest DEAD_TM that may be tuned while running
+            /// Longest DEAD_TM that may be set during a run
             ///
-            /// Reserves memory for the values on their way, 8 bytes for each CYCLE. Raise it before the start if DEAD_TM
-            /// is to be tuned beyond 60 s.
+            /// Reserves memory for the values in the dead time, 8 bytes for each CYCLE. Raise it before the start if
+            /// DEAD_TM will exceed 60 s.
             dead_max: LReal = 60.0, min 0.0, unit "s";
         }
         parameter {
             /// Process value at the operating point, and at the start
             ///
-            /// The process value that U_0 holds: 20 for a furnace that is cold without power. Has the unit of PV.
+            /// The process value that U_0 holds, in the unit of PV: 20 for a cold furnace without power.
             pv_0: LReal = 0.0;
             /// Manipulated value at the operating point
             ///
-            /// The value of U that holds PV_0; with INTEG the one that holds any process value, as the outflow of a tank
-            /// does. Set MAN of the controller to it for a start at rest.
+            /// The value of U that holds PV_0; with INTEG, the value that holds any process value, such as the inflow
+            /// that balances a tank's outflow. Set MAN of the controller to it to start in steady state.
             u_0: LReal = 0.0, min -100.0, max 100.0, unit "%";
             /// Process value at which PV_PER is 0
             ///
-            /// One end of the analog input's range: this value and anything below is 0 in PV_PER. PV_OFF of the
-            /// controller is the same number.
+            /// One end of the analog input's range: at this value and below, PV_PER is 0. Set PV_OFF of the controller
+            /// to the same value.
             pv_per_0: LReal = 0.0;
             /// Process value at which PV_PER is 27648
             ///
-            /// The other end of the range: this value and anything above is 27648 in PV_PER. PV_FAC of the controller is
-            /// a hundredth of the span, 1 with the start values.
+            /// The other end of the range: at this value and above, PV_PER is 27648. Set PV_FAC of the controller to a
+            /// hundredth of the span, 1 with the start values.
             pv_per_100: LReal = 100.0;
         }
         cycle {
             /// Time by which a call advances the process
             ///
-            /// The process is solved exactly between two calls, so this time changes the result by rounding only. Make it
-            /// the controller's CYCLE or a part of it, and step the FMU by it or by a multiple of it.
+            /// The process is solved exactly between two calls, so this time affects the result only through rounding.
+            /// Set it to the controller's CYCLE or a fraction of it, and use a communication step of this time or a
+            /// multiple of it.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Process value, for PV_IN
             ///
-            /// Connect it to PV_IN of the controller. Its unit is whatever GAIN and PV_0 are given in.
+            /// Connect it to PV_IN of the controller. Its unit is that of GAIN and PV_0.
             pv: LReal, from pv_0;
             /// Process value as an analog input word, for PV_PER
             ///
@@ -212,7 +219,7 @@ blocks::block! {
         }
     }
     memory Memory {
-        /// The manipulated values on their way through the dead time.
+        /// The manipulated values in the dead time.
         u: Delay;
         /// Both lags, for each part of a cycle.
         lags: [Lags; 2];
@@ -228,14 +235,14 @@ impl Law for Process {
 
     const RESPONSES: &'static [Response] = &[
         Response {
-            title: "A step of U to 50 %: nothing for the dead time of 5 s, then 63.2 % of 50 in T1 = 20 s; from second 120 on \
-                    a LOAD of -20 %",
+            title: "A step in U to 50 %: nothing for the dead time of 5 s, then 63.2 % of 50 in T1 = 20 s; a LOAD of -20 % \
+                    after 120 s",
             calls: 240,
             set: &[(0, "CYCLE", 1.0), (0, "T1", 20.0), (0, "DEAD_TM", 5.0), (10, "U", 50.0), (120, "LOAD", -20.0)],
             show: &["U", "LOAD", "PV"],
         },
         Response {
-            title: "INTEG with GAIN 0.1: 10 % above U_0 = 40 % raise PV by 1 a second, 10 % below lower it again",
+            title: "INTEG with GAIN 0.1: at 10 % above U_0 = 40 %, PV rises by 1 per second; at 10 % below, it falls again",
             calls: 120,
             set: &[
                 (0, "CYCLE", 1.0),

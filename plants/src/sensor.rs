@@ -4,13 +4,14 @@ use crate::dynamics::{Lag, analog, limited, seconds};
 use blocks::{Law, Response};
 
 blocks::block! {
-    /// Measuring chain between a plant and its controller: noise that repeats, a filter, and the steps of an analog input.
+    /// Measuring chain between a plant and its controller: reproducible noise, a filter, and the steps of an analog
+    /// input.
     ///
     /// # Purpose
     ///
-    /// What a controller sees of a plant is noisy and comes in steps. SENSOR adds both to the output of any plant, so that
-    /// one sees what they do to the manipulated value: how much D action is bearable, how wide a dead band has to be, how
-    /// often a valve moves. The noise is the same in every run and on every platform.
+    /// The process value that a controller receives is noisy and quantized. SENSOR adds both effects to the output of
+    /// any plant to show what they do to the manipulated value: how much D action is tolerable, how wide a dead band
+    /// must be, how often a valve moves. The noise is the same in every run and on every platform.
     ///
     /// # Quick start
     ///
@@ -19,7 +20,7 @@ blocks::block! {
     /// 2. RANGE_LO and RANGE_HI: the range of the transmitter. They scale Y_PER and the steps.
     /// 3. NOISE: the standard deviation of the noise in the unit of U; two thirds of the values lie within it.
     /// 4. LAG_TM for a filter, STEPS for the resolution of the analog input; 0 switches either off.
-    /// 5. CYCLE: as the controller's.
+    /// 5. CYCLE: the same as the controller's.
     ///
     /// Noise of 0.1 makes LMN_P of CONT_C with GAIN 5 vary by 0.5 %, and LMN_D with TD 2 s and TM_LAG 0.2 s at CYCLE 100 ms
     /// by 4.5 %.
@@ -75,7 +76,7 @@ blocks::block! {
     /// \end{aligned}
     /// ```
     ///
-    /// Call k, g(k) being the noise:
+    /// Call k, where g(k) is the noise:
     ///
     /// ```text
     /// v = U + NOISE g(k)
@@ -88,29 +89,29 @@ blocks::block! {
     ///
     /// # Clauses
     ///
-    /// 1. Call k samples U at its time and holds Y until the next call, as an analog input does: no dead time but that.
+    /// 1. Call k samples U and holds Y until the next call, as an analog input does; there is no other dead time.
     /// 2. Noise: g(k) depends on k and SEED only. It has mean 0 and standard deviation 1, no value beyond 6, and
     ///    the values are independent. It is the sum of twelve uniformly distributed numbers, which is close to Gaussian.
-    /// 3. The noise is new in every CYCLE: with half of CYCLE there is twice as much of it in a second.
-    /// 4. The filter takes the noise down to NOISE sqrt(a / (2 - a)) with a = 1 - exp(-CYCLE / LAG_TM): to 0.22 of it for a
-    ///    LAG_TM of ten CYCLE. It starts at the first value.
-    /// 5. STEPS: Y has STEPS + 1 values from RANGE_LO to RANGE_HI, and saturates at both. 27648 are the counts of an analog
-    ///    input, 4096 those of twelve bits; 0 leaves Y as it is, beyond the range too.
-    /// 6. Y_PER is the analog input word for PV_PER, whatever STEPS is. With CONT_C's PVPER_ON, PV_FAC = (RANGE_HI -
-    ///    RANGE_LO) / 100 and PV_OFF = RANGE_LO make Y of it again.
-    /// 7. Start: until the first call Y is Y_START, and Y_PER its word, because they must not depend on an input. Make it what the
-    ///    plant has then: a controller that is called before the sensor sees no step of the process value.
+    /// 3. Every call draws new noise: half the CYCLE gives twice as many noise values per second.
+    /// 4. The filter reduces the noise to NOISE sqrt(a / (2 - a)) with a = 1 - exp(-CYCLE / LAG_TM): to 22 % for a
+    ///    LAG_TM of ten times CYCLE. It starts at the first value.
+    /// 5. STEPS: Y has STEPS + 1 values from RANGE_LO to RANGE_HI and saturates at both ends. 27648 is the number of
+    ///    counts of an analog input, 4096 that of a 12-bit one; 0 leaves Y unrounded, even beyond the range.
+    /// 6. Y_PER is the analog input word for PV_PER, whatever STEPS is. In CONT_C, PVPER_ON = TRUE, PV_FAC =
+    ///    (RANGE_HI - RANGE_LO) / 100 and PV_OFF = RANGE_LO convert it back to Y.
+    /// 7. Start: until the first call Y is Y_START, and Y_PER the corresponding word, because they must not depend on
+    ///    an input. Set it to the initial value of the plant, so that a controller called before the sensor sees no
+    ///    step in the process value.
     ///
     /// # Limits of use
     ///
-    /// The results are the same to the last bit on every platform. All parameters may be tuned while it runs; another SEED
-    /// goes on with other noise.
+    /// The results are the same to the last bit on every platform. All parameters may be tuned during a run; a new SEED
+    /// continues with different noise.
     ///
-    /// The sensor has no drift, no broken wire and no disturbance at 50 Hz.
+    /// Drift, broken wires and mains interference are not modelled.
     ///
-    /// Bad input: a NOISE or a LAG_TM below 0 counts as 0, a STEPS below 0 too. RANGE_HI may be below RANGE_LO; if both are
-    /// equal there are no steps, and Y_PER is 0. An infinite U or NaN stays in the filter until the next start, unless
-    /// LAG_TM is 0.
+    /// Bad input: NOISE, LAG_TM or STEPS below 0 counts as 0. RANGE_HI may be below RANGE_LO; if both are equal, there
+    /// are no steps and Y_PER is 0. An infinite U or NaN stays in the filter until the next start, unless LAG_TM is 0.
     pub struct Sensor as "SENSOR" {
         input {
             /// Input value: the true process value
@@ -121,48 +122,48 @@ blocks::block! {
         parameter {
             /// Standard deviation of the noise, in the unit of U; 0: none
             ///
-            /// Two thirds of the values are within NOISE of the true one, 95 % within twice as much. Take it from a record
-            /// of the plant at rest: a sixth of the width of the band in which the value moves.
+            /// Two thirds of the values are within NOISE of the true value, 95 % within twice as much. Take it from a
+            /// recording of the plant in steady state: a sixth of the width of the band in which the value varies.
             noise: LReal = 0.1, min 0.0;
-            /// Seed of the noise: another number gives another sequence
+            /// Seed of the noise: each number gives a different sequence
             ///
-            /// Two sensors with the same SEED have the same noise, which they would not have on a plant: give each its own.
+            /// Two sensors with the same SEED have the same noise, unlike in a real plant: give each a different one.
             seed: Int = 1;
             /// Time constant of the filter; 0: none
             ///
-            /// Smooths the noise before the steps, and adds to the lags of the plant: ten CYCLE leave 22 % of the noise. Take
-            /// as much as the loop bears, a tenth of the plant's time constant or less.
+            /// Smooths the noise before the steps, and adds to the lags of the plant: ten times CYCLE leaves 22 % of
+            /// the noise. Use as much as the loop tolerates, a tenth of the plant's time constant or less.
             lag_tm: LReal = 0.0, min 0.0, unit "s";
             /// Low end of the range
             ///
-            /// The value at which Y_PER is 0. PV_OFF of the controller is the same number.
+            /// The value at which Y_PER is 0. Set PV_OFF of the controller to the same value.
             range_lo: LReal = 0.0;
             /// High end of the range
             ///
-            /// The value at which Y_PER is 27648. PV_FAC of the controller is a hundredth of the span, 1 with the start
-            /// values.
+            /// The value at which Y_PER is 27648. Set PV_FAC of the controller to a hundredth of the span, 1 with the
+            /// start values.
             range_hi: LReal = 100.0;
             /// Steps from RANGE_LO to RANGE_HI; 0: no steps
             ///
-            /// The resolution of the analog input: 27648 steps of 0 ... 100 are 0.0036 each, 4096 are 0.024. Few steps show
-            /// what a coarse sensor does to the D action: 100 of them are 1 each.
+            /// The resolution of the analog input: 27648 steps over 0 ... 100 are 0.0036 each, 4096 steps 0.024 each. A
+            /// small number shows what a coarse sensor does to the D action: 100 steps are 1 each.
             steps: Int = 27648, min 0, max 32767;
             /// Measured value until the first call
             ///
-            /// What U is at the start: T_START of HEATER, for example. With 0 a controller that is called first takes a furnace of
-            /// 20 degC for one of 0 degC in its first call.
+            /// The value of U at the start: T_START of HEATER, for example. With 0, a controller called before the
+            /// sensor reads a furnace at 20 degC as 0 degC in its first call.
             y_start: LReal = 0.0;
         }
         cycle {
             /// Sampling time: the time between two calls
             ///
-            /// How often the sensor samples, and how often the noise changes. Make it the controller's CYCLE.
+            /// How often the sensor samples and the noise changes. Set it to the controller's CYCLE.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Measured value, for PV_IN
             ///
-            /// Connect it to PV_IN of the controller. It has the unit of U, and is Y_START until the first call.
+            /// Connect it to PV_IN of the controller. It has the unit of U and is Y_START until the first call.
             y: LReal, from y_start;
             /// Measured value as an analog input word, for PV_PER
             ///
@@ -186,13 +187,13 @@ impl Law for Sensor {
 
     const RESPONSES: &'static [Response] = &[
         Response {
-            title: "Noise of 0.5 on a value that steps from 50 to 52; from second 30 on a filter of 2 s",
+            title: "Noise of 0.5 on a value that steps from 50 to 52; a filter of 2 s after 30 s",
             calls: 600,
             set: &[(0, "NOISE", 0.5), (0, "U", 50.0), (200, "U", 52.0), (300, "LAG_TM", 2.0), (450, "U", 50.0)],
             show: &["U", "Y"],
         },
         Response {
-            title: "100 STEPS over 0 ... 100, without noise and with noise of 0.3: rounded to whole numbers",
+            title: "100 STEPS over 0 ... 100, without noise and with a noise of 0.3: rounded to whole numbers",
             calls: 300,
             set: &[
                 (0, "NOISE", 0.0),

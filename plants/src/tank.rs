@@ -4,23 +4,23 @@ use crate::dynamics::{analog, exp, exp_m1, limited, seconds};
 use blocks::{Law, Response};
 
 blocks::block! {
-    /// Open tank with an outflow that follows the root of its level: inflow valve in, level out.
+    /// Open tank whose outflow is proportional to the square root of the level: inflow valve in, level out.
     ///
     /// # Purpose
     ///
-    /// A tank with inflow and outflow valve, for level loops: an integrating plant, made a little self-regulating by
-    /// its outflow. Its gain depends on the level, it can overflow and run empty. The consumers' valve is the
-    /// disturbance.
+    /// A tank with an inflow valve and an outflow valve, for level loops: an integrating plant with slight
+    /// self-regulation from its outflow. Its gain depends on the level, and it can overflow or run empty. The outflow
+    /// valve, set by the consumers, is the disturbance.
     ///
     /// # Quick start
     ///
     /// 1. Connect LMN of the controller to VALVE and LEVEL to PV_IN, in m, or L_PER to PV_PER with PVPER_ON = TRUE and
     ///    PV_FAC = 0.02.
-    /// 2. CYCLE: as the controller's. Step the controller first, then the tank.
-    /// 3. DRAIN during the run for a disturbance.
+    /// 2. CYCLE: the same as the controller's. Step the controller first, then the tank.
+    /// 3. Set DRAIN during the run to create a disturbance.
     ///
-    /// For CONT_C: with m for setpoint and process value and CYCLE 1 s, GAIN 400, TI 100 s bring it from 0.5 to 1 m
-    /// within 1 cm in 140 s; opening DRAIN from 50 to 100 % then costs 5.4 cm.
+    /// For CONT_C: with m for setpoint and process value and CYCLE 1 s, GAIN 400, TI 100 s bring the level from 0.5 m
+    /// to within 1 cm of 1 m in 140 s; opening DRAIN from 50 to 100 % then lowers it by 5.4 cm.
     ///
     /// # Diagram
     ///
@@ -95,37 +95,38 @@ blocks::block! {
     ///
     /// # Clauses
     ///
-    /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
-    ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
+    /// 1. Call k covers the time from k to k + 1 times CYCLE, with the inputs held; after the call, the outputs are
+    ///    those at the end of that time. So use a communication step of CYCLE or a multiple of it; with shorter steps
+    ///    the outputs run ahead by part of a CYCLE.
     /// 2. Start: LEVEL is L_START. INFLOW and OUTFLOW are 0 until the first call: they depend on inputs.
-    /// 3. Steady state: LEVEL = (INFLOW / (CD A_OUT (DRAIN / 100 %)))^2 / 2g. With the defaults 1 m takes 31.9 l/min.
-    /// 4. An empty tank has no outflow; one that has no inflow is empty in finite time, not asymptotically.
-    /// 5. Full: what INFLOW brings above OUTFLOW is lost over the edge, and FULL is TRUE. Such a tank stays full until
-    ///    OUTFLOW is larger.
+    /// 3. Steady state: LEVEL = (INFLOW / (CD A_OUT (DRAIN / 100 %)))^2 / 2g. With the defaults, holding 1 m takes 31.9
+    ///    l/min.
+    /// 4. An empty tank has no outflow; a tank without inflow empties in finite time, not asymptotically.
+    /// 5. Full: the excess of INFLOW over OUTFLOW spills over the edge, and FULL is TRUE. The tank stays full until
+    ///    OUTFLOW exceeds INFLOW.
     /// 6. DRAIN, the opening of the outflow valve, is the disturbance. VALVE and DRAIN are limited to 0 ... 100 %.
     /// 7. L_PER is LEVEL as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range.
     ///
     /// # Limits of use
     ///
-    /// Solved exactly for held inputs. The root of the level has a solution in closed form, which gives the time
-    /// for a level; the level for a time is found from it by Newton's iteration, to the last bits. So the result
-    /// depends on CYCLE only by rounding (a few parts in 10^13).
-    /// The results are the same to the last bit on every platform.
+    /// Solved exactly for held inputs. The equation for the square root of the level has a closed-form solution for the
+    /// time at which a level is reached; Newton's iteration inverts it to the last bits. So the result depends on CYCLE
+    /// only through rounding (a few parts in 10^13). The results are the same to the last bit on every platform.
     ///
-    /// The walls are upright, and the level over the opening does not vary with the flow.
+    /// The walls are vertical, and the flow does not affect the level above the opening.
     ///
-    /// Bad input: AREA not above 0 has no volume and is at its steady state at once; FLOW_MAX, CD, A_OUT or HEIGHT below 0
-    /// count as 0.
+    /// Bad input: with AREA not above 0 the tank has no volume and is always in steady state; FLOW_MAX, CD, A_OUT or
+    /// HEIGHT below 0 count as 0.
     pub struct Tank as "TANK" {
         input {
             /// Opening of the inflow valve
             ///
-            /// Connect LMN of the controller, limited to 0 ... 100 %. 35 % is 35 l/min, which holds 1.2 m with DRAIN =
-            /// 50 %.
+            /// Connect LMN of the controller, limited to 0 ... 100 %. With the start values 35 % is 35 l/min, which
+            /// holds 1.2 m with DRAIN = 50 %.
             valve: LReal = 0.0, min 0.0, max 100.0, unit "%";
             /// Disturbance: opening of the outflow valve
             ///
-            /// What the consumers take: a step from 50 to 100 % doubles the outflow at the same level.
+            /// The consumers' demand: a step from 50 to 100 % doubles the outflow at the same level.
             drain: LReal = 50.0, min 0.0, max 100.0, unit "%";
         }
         parameter {
@@ -135,22 +136,22 @@ blocks::block! {
             l_start: LReal = 0.5, min 0.0, unit "m";
             /// Height of the wall, at which the tank overflows
             ///
-            /// More than this flows over the edge and FULL is TRUE. A controller does not notice: its process value
-            /// stays.
+            /// Anything above this spills over the edge, and FULL is TRUE. The controller does not notice: its process
+            /// value stays at HEIGHT.
             height: LReal = 2.0, min 0.0, unit "m";
             /// Base area
             ///
-            /// A wider tank is slower: the level rises by inflow minus outflow, divided by AREA. 0.2 m2 and 10 l/min
-            /// too much are 5 cm a minute.
+            /// A wider tank is slower: the level rises by inflow minus outflow, divided by AREA. with 0.2 m2, an excess
+            /// of 10 l/min is 5 cm per minute.
             area: LReal = 0.2, min 0.0, unit "m2";
             /// Inflow with the inflow valve open
             ///
-            /// The gain of the inflow: 1 l/min for each percent of VALVE with the start value.
+            /// The gain of the inflow: 1 l/min per percent of VALVE with the start value.
             flow_max: LReal = 100.0, min 0.0, unit "l/min";
             /// Cross section of the outflow valve when open
             ///
-            /// With CD it says how fast the tank runs empty. The outflow goes with the root of the level, so that the
-            /// gain of the plant is larger at a high level.
+            /// Together with CD it determines how fast the tank empties. The outflow is proportional to the square root
+            /// of the level, so the gain of the plant is larger at a high level.
             a_out: LReal = 0.0004, min 0.0, unit "m2";
             /// Discharge coefficient of the outflow
             ///
@@ -158,26 +159,27 @@ blocks::block! {
             cd: LReal = 0.6, min 0.0, max 1.0;
             /// Level at which L_PER is 0
             ///
-            /// One end of the analog input's range: this level and anything below is 0 in L_PER. PV_OFF of the
-            /// controller is the same number.
+            /// One end of the analog input's range: at this level and below, L_PER is 0. Set PV_OFF of the controller
+            /// to the same value.
             l_per_0: LReal = 0.0, unit "m";
             /// Level at which L_PER is 27648
             ///
-            /// The other end of the range: this level and anything above is 27648 in L_PER. PV_FAC of the controller is
-            /// a hundredth of the span, 0.02 with the start values.
+            /// The other end of the range: at this level and above, L_PER is 27648. Set PV_FAC of the controller to a
+            /// hundredth of the span, 0.02 with the start values.
             l_per_100: LReal = 2.0, unit "m";
         }
         cycle {
             /// Time by which a call advances the tank
             ///
-            /// The plant is solved exactly between two calls, so this time changes the result by rounding only. Make it
-            /// the controller's CYCLE or a part of it, and step the FMU by it or by a multiple of it.
+            /// The plant is solved exactly between two calls, so this time affects the result only through rounding.
+            /// Set it to the controller's CYCLE or a fraction of it, and use a communication step of this time or a
+            /// multiple of it.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Level, for PV_IN
             ///
-            /// Connect it to PV_IN of the controller for a process value in m. It lies between 0 and HEIGHT.
+            /// Connect it to PV_IN of the controller for a process value in m. Its range is 0 ... HEIGHT.
             level: LReal, from l_start height, unit "m";
             /// Level as an analog input word, for PV_PER
             ///
@@ -189,16 +191,18 @@ blocks::block! {
             inflow: LReal, unit "l/min";
             /// Flow out of the tank through the outflow valve
             ///
-            /// Goes with the root of the level: four times the level is twice the outflow. 0 before the first step.
+            /// Proportional to the square root of the level: four times the level gives twice the outflow. 0 before the
+            /// first step.
             outflow: LReal, unit "l/min";
             /// The tank overflows
             ///
-            /// TRUE while more comes in than flows out at the full level. Use it for an interlock that closes VALVE.
+            /// TRUE while the tank is full and the inflow exceeds the outflow. Use it for an interlock that closes
+            /// VALVE.
             full: Bool;
         }
     }
     memory Memory {
-        /// Root of the level.
+        /// The square root of the level.
         root: f64;
     }
 }
@@ -220,7 +224,7 @@ impl Law for Tank {
             show: &["VALVE", "LEVEL", "INFLOW", "OUTFLOW"],
         },
         Response {
-            title: "DRAIN from 50 to 100 %: the outflow doubles at once, and the level falls to a quarter, from 1.2 to 0.3 m",
+            title: "DRAIN from 50 to 100 %: the outflow doubles at once, and the level falls to a quarter, from 1.2 m to 0.3 m",
             calls: 600,
             set: &[(0, "CYCLE", 2.0), (0, "VALVE", 35.0), (0, "L_START", 1.2044), (60, "DRAIN", 100.0)],
             show: &["DRAIN", "LEVEL", "INFLOW", "OUTFLOW"],
@@ -395,7 +399,7 @@ mod tests {
         let mut tank = started(Tank { valve: 60.0, drain: 0.0, ..Tank::default() });
         run(&mut tank, 100.0);
         assert_close(tank.level, 1.0, 1e-13);
-        // An opening that lets nothing to speak of through makes no difference.
+        // A negligible opening makes no difference.
         for a_out in [1e-12, 1e-300, 1e-320] {
             let mut leaking = started(Tank { valve: 60.0, a_out, ..Tank::default() });
             run(&mut leaking, 100.0);

@@ -8,21 +8,21 @@ blocks::block! {
     ///
     /// # Purpose
     ///
-    /// A climate chamber with a heater and a cooler of different strength, for loops whose manipulated value goes from
-    /// -100 to 100 %. It takes the pulses of PULSEGEN and PULS_CTR as they are, or their mean. RATIOFAC shows its use
-    /// here.
+    /// A climate chamber with a heater and a cooler of different strength, for loops whose manipulated value ranges
+    /// from -100 to 100 %. It accepts the pulses of PULSEGEN and PULS_CTR directly, or their mean. It shows what
+    /// RATIOFAC is for.
     ///
     /// # Quick start
     ///
-    /// 1. Connect QPOS_P to HEAT and QNEG_P to COOL, with a step of PULSEGEN's CYCLE; or Q_MEAN to DRIVE, with any
-    ///    step.
+    /// 1. Connect QPOS_P to HEAT and QNEG_P to COOL, with a communication step of PULSEGEN's CYCLE; or Q_MEAN to DRIVE,
+    ///    with any step.
     /// 2. Connect TEMP to PV_IN, or T_PER to PV_PER with PVPER_ON = TRUE, PV_FAC = 2 and PV_OFF = -100.
     /// 3. LMN_LLM = -100 in the controller; RATIOFAC = RISE / DROP = 0.5 in the pulse generator.
     ///
     /// For CONT_C with PULSEGEN: with degC for setpoint and process value, CYCLE and PER_TM 2 s, PULSEGEN's CYCLE 10
     /// ms, LMN_LLM -100, GAIN 15, TI 80 s and RATIOFAC 0.5 the chamber goes from 20 to 50 degC in 155 s without
-    /// overshoot. A setpoint step of 5 K then overshoots by less than 0.5 K where it is heated (50 to 55 degC) and by 1
-    /// K where it is cooled (0 to -5 degC); with RATIOFAC 1 the latter becomes 2.3 K.
+    /// overshoot. A setpoint step of 5 K then overshoots by less than 0.5 K when heating (50 to 55 degC) and by 1 K
+    /// when cooling (0 to -5 degC); with RATIOFAC 1 the latter becomes 2.3 K.
     ///
     /// # Diagram
     ///
@@ -106,101 +106,104 @@ blocks::block! {
     ///
     /// # Clauses
     ///
-    /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
-    ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
-    ///    Pulses arrive as they are only in steps of their own CYCLE.
-    /// 2. Start: the chamber has T_START, heater and cooler are off and cold.
+    /// 1. Call k covers the time from k to k + 1 times CYCLE, with the inputs held; after the call, the outputs are
+    ///    those at the end of that time. So use a communication step of CYCLE or a multiple of it; with shorter steps
+    ///    the outputs run ahead by part of a CYCLE. Pulses are transferred exactly only with steps of PULSEGEN's CYCLE.
+    /// 2. Start: the chamber is at T_START; heater and cooler are off and have no effect.
     /// 3. HEAT and COOL are pulses, QPOS_P and QNEG_P of PULSEGEN. DRIVE is heating (positive) or cooling (negative) in
-    ///    percent, such as Q_MEAN or a controller's LMN, and adds to them: connect the one or the other. Heating and
-    ///    cooling at once is possible, and two-step control with HEAT = QPOS_P and COOL = QNEG_P does it in turn.
+    ///    percent, such as Q_MEAN or a controller's LMN, and adds to them: connect one or the other. Simultaneous
+    ///    heating and cooling is possible; two-step control with HEAT = QPOS_P and COOL = QNEG_P alternates between the
+    ///    two.
     /// 4. Steady state: TEMP = T_AMB + LOAD + RISE (h / 100 %) - DROP (c / 100 %).
-    /// 5. With the defaults one percent of cooling moves the temperature twice as far as one of heating: RATIOFAC =
-    ///    RISE / DROP makes the loop alike for both.
+    /// 5. With the defaults, one percent of cooling changes the temperature twice as much as one percent of heating:
+    ///    RATIOFAC = RISE / DROP makes the loop gain the same for both.
     /// 6. Disturbances: T_AMB, the temperature around the chamber, and LOAD, the heat released by the load in the
     ///    chamber, as the temperature rise that it causes.
-    /// 7. T_PER is TEMP as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range. With
-    ///    PVPER_ON, PV_FAC = (T_PER_100 - T_PER_0) / 100 and PV_OFF = T_PER_0 make degC of it again.
+    /// 7. T_PER is TEMP as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range.
+    ///    In the controller, PVPER_ON = TRUE, PV_FAC = (T_PER_100 - T_PER_0) / 100 and PV_OFF = T_PER_0 convert it back
+    ///    to degC.
     ///
     /// # Limits of use
     ///
-    /// Solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
+    /// Solved in closed form for held inputs, so the result depends on CYCLE only through rounding (a few parts in
     /// 10^14). The results are the same to the last bit on every platform.
     ///
-    /// Cooler and heater act alike at every temperature; the chamber cools as if the cooler had no lower end.
+    /// Heater and cooler act with the same strength at every temperature; the cooler has no lowest temperature.
     ///
-    /// Bad input: a time that is not above 0 is no lag.
+    /// Bad input: a time constant not above 0 means no lag.
     pub struct Thermo as "THERMO" {
         input {
-            /// Heats with full power
+            /// Heats at full power
             ///
-            /// Connect QPOS_P of PULSEGEN or PULS_CTR. It is sampled at the start of a communication step: step by
-            /// PULSEGEN's CYCLE, or use DRIVE for longer steps.
+            /// Connect QPOS_P of PULSEGEN or PULS_CTR. It is sampled at the start of a communication step: use a step
+            /// of PULSEGEN's CYCLE, or DRIVE for longer steps.
             heat: Bool = false;
-            /// Cools with full power
+            /// Cools at full power
             ///
-            /// Connect QNEG_P. In two-step control leave it open, because QNEG_P is TRUE there whenever QPOS_P is
-            /// FALSE.
+            /// Connect QNEG_P. In two-step control leave it unconnected, because there QNEG_P is TRUE whenever QPOS_P
+            /// is FALSE.
             cool: Bool = false;
-            /// Heating, or cooling where negative
+            /// Heating, or cooling if negative
             ///
-            /// For a manipulated value instead of pulses: LMN of a controller, or Q_MEAN. 40 heats to 24 K above the
-            /// surroundings, -40 cools to 48 K below. It adds to HEAT and COOL.
+            /// For a manipulated value instead of pulses: LMN of a controller, or Q_MEAN. With the start values, 40
+            /// heats to 24 K above the surroundings and -40 cools to 48 K below. It adds to HEAT and COOL.
             drive: LReal = 0.0, min -100.0, max 100.0, unit "%";
             /// Disturbance: temperature of the surroundings
             ///
-            /// The chamber drifts towards it with ZONE_TM. A change during the run is a slow disturbance that the I
-            /// action takes up.
+            /// The chamber drifts towards it with the time constant ZONE_TM. A change during the run is a slow
+            /// disturbance that the I action compensates for.
             t_amb: LReal = 20.0, min -273.15, unit "degC";
-            /// Disturbance: temperature rise that what is in the chamber causes
+            /// Disturbance: temperature rise caused by the load in the chamber
             ///
-            /// Heat released by the load in the chamber, as the rise that it would cause in the end: 10 needs 17 % less
-            /// heating or 8 % more cooling.
+            /// Heat released by the load in the chamber, as the final temperature rise: 10 needs 17 % less heating or 8
+            /// % more cooling.
             load: LReal = 0.0, unit "K";
         }
         parameter {
             /// Temperature of the chamber at the start
             ///
-            /// Temperature before the first call. Heater and cooler are cold then.
+            /// Temperature before the first call, when heater and cooler are off.
             t_start: LReal = 20.0, min -273.15, unit "degC";
             /// Temperature above the surroundings that full heating holds
             ///
-            /// The gain of heating: RISE / 100 is 0.6 K for each percent. RATIOFAC = RISE / DROP makes the loop alike
-            /// for both directions.
+            /// The gain of heating: RISE / 100, 0.6 K per percent with the start value. RATIOFAC = RISE / DROP makes
+            /// the loop gain the same in both directions.
             rise: LReal = 60.0, unit "K";
             /// Temperature below the surroundings that full cooling holds
             ///
-            /// The gain of cooling: 1.2 K for each percent, twice as strong as heating with the start values.
+            /// The gain of cooling: 1.2 K per percent with the start value, twice that of heating.
             drop: LReal = 120.0, unit "K";
             /// Time constant of the heater; 0: none
             ///
-            /// The heater's own lag before its heat reaches the chamber. Pulses shorter than it are smoothed.
+            /// The lag of the heater before its heat reaches the chamber. It smooths shorter pulses.
             heat_tm: LReal = 10.0, min 0.0, unit "s";
             /// Time constant of the cooler; 0: none
             ///
-            /// The cooler's own lag. It is longer than that of the heater, so that a loop tuned by heating is less
-            /// damped when it cools.
+            /// The lag of the cooler, longer than that of the heater: a loop tuned for heating is less damped when
+            /// cooling.
             cool_tm: LReal = 15.0, min 0.0, unit "s";
             /// Time constant of the chamber; 0: none
             ///
-            /// The dominant time constant for a tuning rule: 63 % of a step after this time. PER_TM of the pulses
-            /// should be a tenth of it or less.
+            /// The dominant time constant for a tuning rule: a step response reaches 63 % after this time. PER_TM of
+            /// the pulses should be a tenth of it or less.
             zone_tm: LReal = 100.0, min 0.0, unit "s";
             /// Temperature at which T_PER is 0
             ///
-            /// One end of the analog input's range: this temperature and anything below is 0 in T_PER. PV_OFF of the
-            /// controller is the same number.
+            /// One end of the analog input's range: at this temperature and below, T_PER is 0. Set PV_OFF of the
+            /// controller to the same value.
             t_per_0: LReal = -100.0, unit "degC";
             /// Temperature at which T_PER is 27648
             ///
-            /// The other end of the range: this temperature and anything above is 27648 in T_PER. PV_FAC of the
-            /// controller is a hundredth of the span, 2 with the start values.
+            /// The other end of the range: at this temperature and above, T_PER is 27648. Set PV_FAC of the controller
+            /// to a hundredth of the span, 2 with the start values.
             t_per_100: LReal = 100.0, unit "degC";
         }
         cycle {
             /// Time by which a call advances the chamber
             ///
-            /// The plant is solved exactly between two calls, so this time changes the result by rounding only. Make it
-            /// the controller's CYCLE or a part of it, and step the FMU by it or by a multiple of it.
+            /// The plant is solved exactly between two calls, so this time affects the result only through rounding.
+            /// Set it to the controller's CYCLE or a fraction of it, and use a communication step of this time or a
+            /// multiple of it.
             cycle: Time = Time::ms(10), min Time::ms(1);
         }
         output {
@@ -213,14 +216,13 @@ blocks::block! {
             /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE, PV_FAC = 2 and PV_OFF = -100. It saturates
             /// at the ends of its range.
             t_per: Word, from t_start t_per_0 t_per_100;
-            /// What the heater gives off, behind its lag
+            /// Output of the heater, after its lag
             ///
-            /// 0 ... 100 %, the mean of the heating pulses behind HEAT_TM: shows how much of the pulses is left when it
-            /// reaches the chamber.
+            /// 0 ... 100 %: the heating pulses smoothed by HEAT_TM. Shows how much of their ripple reaches the chamber.
             heating: LReal, unit "%";
-            /// What the cooler takes up, behind its lag
+            /// Output of the cooler, after its lag
             ///
-            /// 0 ... 100 %, the mean of the cooling pulses behind COOL_TM.
+            /// 0 ... 100 %: the cooling pulses smoothed by COOL_TM.
             cooling: LReal, unit "%";
         }
     }
@@ -238,7 +240,7 @@ impl Law for Thermo {
     const HOLDS_INPUTS: bool = true;
 
     const RESPONSES: &'static [Response] = &[Response {
-        title: "40 % heating from second 20 on, 40 % cooling from second 400 on: twice as far",
+        title: "40 % heating after 20 s, 40 % cooling after 400 s: twice the change",
         calls: 800,
         set: &[(0, "CYCLE", 1.0), (20, "DRIVE", 40.0), (400, "DRIVE", -40.0)],
         show: &["DRIVE", "HEATING", "COOLING", "TEMP"],
@@ -415,8 +417,8 @@ mod tests {
         }
     }
 
-    /// CONT_C every 2 s and PULSEGEN every 10 ms, each setpoint for 10 minutes: how long after it the temperature is
-    /// within 1 K of it for good, and how far it goes beyond it.
+    /// CONT_C every 2 s and PULSEGEN every 10 ms, each setpoint for 10 min: the settling time to within 1 K, and the
+    /// overshoot.
     fn controlled_with(ratiofac: f32, setpoints: &[f64]) -> Vec<(f64, f64)> {
         let mut thermo = started(Thermo::default());
         let mut controller = ContC { man_on: false, pvper_on: true, pv_fac: 2.0, pv_off: -100.0, ..ContC::default() };

@@ -4,24 +4,25 @@ use crate::dynamics::{Kept, Lags, analog, exp, exp_m1, limited, ln, seconds};
 use blocks::{Characteristic, Law, Response};
 
 blocks::block! {
-    /// Motor-driven valve with limit switches and the heat exchanger behind it: pulses in, temperature out.
+    /// Motor-driven valve with limit switches and the heat exchanger it feeds: pulses in, temperature out.
     ///
     /// # Purpose
     ///
     /// A valve with a motor, limit switches, backlash and a fault, and the heat exchanger that it feeds: the plant for
-    /// CONT_S. With a positioner it serves a continuous controller. It shows what a step controller does that has no
+    /// CONT_S. With a positioner it suits a continuous controller. It shows the behaviour of a step controller without
     /// position feedback.
     ///
     /// # Quick start
     ///
-    /// 1. Connect QLMN_MEAN of CONT_S to DRIVE, or QLMNUP and QLMNDN to UP and DOWN with a step of the controller's
-    ///    CYCLE; TEMP to PV_IN; LMNR_HS and LMNR_LS to the inputs of the same names.
-    /// 2. MTR_TM: the same in both, in seconds.
-    /// 3. PRES or T_IN during the run for a disturbance; BACKLASH and STUCK for a bad valve.
+    /// 1. Connect QLMN_MEAN of CONT_S to DRIVE, or QLMNUP and QLMNDN to UP and DOWN with a communication step of the
+    ///    controller's CYCLE; TEMP to PV_IN; LMNR_HS and LMNR_LS to the inputs of the same names.
+    /// 2. MTR_TM: the same in both blocks.
+    /// 3. Set PRES or T_IN during the run for a disturbance, BACKLASH and STUCK for a faulty valve.
     ///
     /// For CONT_S: with degC for setpoint and process value, CYCLE 100 ms, PULSE_TM and BREAK_TM 300 ms (a pulse of 300
-    /// ms moves the valve by 1 %, which is 0.8 K) its defaults GAIN 2, TI 20 s, DEADB_W 1 and MTR_TM 30 s bring it from
-    /// 20 to 60 degC in 90 s with about ten pulses, and correct a pressure drop to 3 bar with about five in 70 s.
+    /// ms moves the valve by 1 %, which is 0.8 K) the defaults of CONT_S, GAIN 2, TI 20 s, DEADB_W 1 and MTR_TM 30 s,
+    /// bring the temperature from 20 to 60 degC in 90 s with about ten pulses, and correct a pressure drop to 3 bar in
+    /// 70 s with about five.
     ///
     /// # Diagram
     ///
@@ -130,172 +131,176 @@ blocks::block! {
     ///
     /// # Clauses
     ///
-    /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
-    ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
-    /// 2. Start: the stem stands at POS_START and was closed last, so that opening takes up the whole backlash;
-    ///    exchanger and sensor have T_START. FLOW is 0 until the first call: it depends on the pressure, an input.
-    /// 3. UP and DOWN run the motor for as long as they are TRUE, one stroke in MTR_TM; both together cancel. DRIVE is
-    ///    the speed in percent, such as QLMN_MEAN of CONT_S, and adds to them: connect the one or the other. A DRIVE of
-    ///    30 % travels as far as pulses that are on for 30 % of the time.
-    /// 4. The motor is exact within a CYCLE: it stops at the stop, and where DRIVE asks for less than full speed it
-    ///    goes that far.
-    /// 5. LMNR_HS and LMNR_LS are TRUE while the stem stands at 100 % and at 0 %, for the inputs of CONT_S with the same
-    ///    names. The motor does not run on against the stop.
+    /// 1. Call k covers the time from k to k + 1 times CYCLE, with the inputs held; after the call, the outputs are
+    ///    those at the end of that time. So use a communication step of CYCLE or a multiple of it; with shorter steps
+    ///    the outputs run ahead by part of a CYCLE.
+    /// 2. Start: the stem is at POS_START and last moved in the closing direction, so opening first takes up the whole
+    ///    backlash; exchanger and sensor are at T_START. FLOW is 0 until the first call: it depends on the pressure, an
+    ///    input.
+    /// 3. UP and DOWN run the motor while they are TRUE, one stroke in MTR_TM; both together cancel out. DRIVE is the
+    ///    speed in percent, such as QLMN_MEAN of CONT_S, and adds to them: connect one or the other. With a DRIVE of 30
+    ///    % the valve travels as far as with pulses that are on for 30 % of the time.
+    /// 4. The motor is simulated exactly within a CYCLE: it stops when it reaches the stop, and moves at part speed if
+    ///    DRIVE demands it.
+    /// 5. LMNR_HS and LMNR_LS are TRUE while the stem is at 100 % and at 0 % respectively, for the inputs of CONT_S
+    ///    with the same names. The motor does not keep running against the stop.
     /// 6. Backlash: after a reversal the motor runs BACKLASH percent of the stroke before the stem follows.
-    /// 7. STUCK: nothing moves, whatever the motor is told; no limit switch tells of it.
-    /// 8. POS_ON makes it a valve with positioner, for a continuous controller: DRIVE is the position asked for, 0 ...
-    ///    100 %, to which the stem is driven with full speed, backlash made up for; UP and DOWN do nothing.
-    /// 9. FLOW is that of the heating medium; PRES, its pressure, is a disturbance, T_IN, the temperature of what is
-    ///    heated, another. Steady state: TEMP = T_IN + RISE F.
-    /// 10. CURVE 1 is a linear characteristic, 30 to 50 an equal percentage one that closes tight, below 1 one that
-    ///     opens quickly.
+    /// 7. STUCK: nothing moves, whatever the demand; no limit switch indicates it.
+    /// 8. POS_ON adds a positioner, for a continuous controller: DRIVE is the demanded position, 0 ... 100 %, to which
+    ///    the stem moves at full speed, with compensated backlash; UP and DOWN have no effect.
+    /// 9. FLOW is the flow of the heating medium. Its pressure PRES is one disturbance, T_IN, the inlet temperature of
+    ///    the heated medium, another. Steady state: TEMP = T_IN + RISE F.
+    /// 10. CURVE = 1 is a linear characteristic, 30 to 50 an equal percentage one with tight shut-off, below 1 a
+    ///     quick-opening one.
     /// 11. T_PER is TEMP as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range.
     ///
     /// # Limits of use
     ///
-    /// Solved in closed form for held inputs; while the stem moves the exchanger is solved by a quadrature that
-    /// is exact to a few parts in 10^12 while HX_TM and SENS_TM are 0 or no less than a hundredth of CYCLE (below that,
-    /// to a percent of what the target moves in a hundredth of CYCLE). The result depends on CYCLE only by that.
-    /// The results are the same to the last bit on every platform.
+    /// Solved in closed form for held inputs; while the stem moves, the exchanger is solved by a quadrature accurate to
+    /// a few parts in 10^12 if HX_TM and SENS_TM are 0 or at least a hundredth of CYCLE (otherwise, to a percent of the
+    /// target's movement in a hundredth of CYCLE). The result depends on CYCLE only through this error. The results are
+    /// the same to the last bit on every platform.
     ///
-    /// The temperature rises in proportion to the flow, as with steam that condenses; what is heated flows evenly.
+    /// The temperature rise is proportional to the flow, as with condensing steam; the flow of the heated medium is
+    /// constant.
     ///
-    /// Bad input: HX_TM or SENS_TM not above 0 is no lag; MTR_TM not above 0 moves the valve at once; CURVE not above 0
-    /// counts as 1, PRES below 0 as 0, BACKLASH below 0 as 0, PRES_NOM not above 0 as no influence of the pressure.
+    /// Bad input: HX_TM or SENS_TM not above 0 means no lag; with MTR_TM not above 0 the valve moves at once; CURVE not
+    /// above 0 counts as 1; PRES or BACKLASH below 0 counts as 0; with PRES_NOM not above 0 the pressure has no
+    /// influence.
     pub struct Valve as "VALVE" {
         input {
             /// Opens the valve
             ///
-            /// Connect QLMNUP of CONT_S. While it is TRUE the motor runs up: with MTR_TM = 30 s one second opens the
-            /// valve by 3.3 %. Sampled at the start of a communication step, so step by the controller's CYCLE, or use
-            /// DRIVE.
+            /// Connect QLMNUP of CONT_S. While it is TRUE the motor runs up: with MTR_TM = 30 s, one second opens the
+            /// valve by 3.3 %. It is sampled at the start of a communication step, so use a step of the controller's
+            /// CYCLE, or DRIVE.
             up: Bool = false;
             /// Closes the valve
             ///
             /// Connect QLMNDN of CONT_S. If UP is also TRUE, the motor stands still.
             down: Bool = false;
-            /// Speed of the motor, positive opens; with POS_ON the position asked for
+            /// Speed of the motor, positive opens; with POS_ON the demanded position
             ///
-            /// Connect QLMN_MEAN of CONT_S: 30 for a step travels as far as pulses that are on for 30 % of it. With
-            /// POS_ON = TRUE it is the position asked for, 0 ... 100 %: connect LMN of CONT_C.
+            /// Connect QLMN_MEAN of CONT_S: 30 in a step moves the valve as far as pulses that are on for 30 % of the
+            /// step. With POS_ON = TRUE it is the demanded position, 0 ... 100 %: connect LMN of CONT_C.
             drive: LReal = 0.0, min -100.0, max 100.0, unit "%";
             /// Disturbance: pressure of the heating medium
             ///
-            /// The flow goes with the square root of PRES / PRES_NOM: a drop from 4 to 1 bar halves it. The usual
-            /// disturbance of a valve loop.
+            /// The usual disturbance of a valve loop. The flow is proportional to the square root of PRES / PRES_NOM: a
+            /// drop from 4 to 1 bar halves it.
             pres: LReal = 4.0, min 0.0, unit "bar";
-            /// Disturbance: temperature of what flows into the heat exchanger to be heated
+            /// Disturbance: inlet temperature of the heated medium
             ///
-            /// What has to be heated: TEMP is T_IN plus the rise by the flow. A step of it reaches TEMP through HX_TM
-            /// and SENS_TM.
+            /// TEMP is T_IN plus the rise caused by the flow. A step in T_IN reaches TEMP through HX_TM and SENS_TM.
             t_in: LReal = 20.0, min -273.15, unit "degC";
         }
         parameter {
-            /// The valve has a positioner: DRIVE is the position asked for
+            /// The valve has a positioner: DRIVE is the demanded position
             ///
-            /// FALSE is a valve with a bare motor, for CONT_S. TRUE is one with a positioner, for a continuous
-            /// controller: it drives the stem to DRIVE with full speed, and backlash no longer matters.
+            /// FALSE: only a motor, for CONT_S. TRUE: a positioner, for a continuous controller, which moves the stem
+            /// to DRIVE at full speed and compensates for backlash.
             pos_on: Bool = false;
             /// Fault: the valve is stuck
             ///
-            /// Set it during a run to see what the controller makes of a valve that does not move: no limit switch
-            /// tells of it, and a step controller goes on pulsing.
+            /// Set it during a run to see how the controller copes with a valve that does not move: no limit switch
+            /// indicates it, and a step controller keeps pulsing.
             stuck: Bool = false;
             /// Motor actuating time: how long the valve takes from stop to stop
             ///
-            /// Set MTR_TM of CONT_S to the same number, or to another one to see what a wrong data sheet does. 0 moves
-            /// the valve at once.
+            /// Set MTR_TM of CONT_S to the same value, or to a different one to see the effect of a wrong data sheet.
+            /// With 0 the valve moves at once.
             mtr_tm: LReal = 30.0, min 0.0, unit "s";
             /// Idle travel of the motor after a reversal
             ///
-            /// Part of the stroke that the motor runs after a reversal before the stem follows: 5 with MTR_TM =
-            /// 30 s are 1.5 s without effect. A dead band in the controller keeps it from hunting about it.
+            /// The part of the stroke that the motor runs after a reversal before the stem follows: 5 with MTR_TM = 30
+            /// s is 1.5 s without effect. A dead band in the controller prevents hunting.
             backlash: LReal = 0.0, min 0.0, max 100.0, unit "%";
             /// Position at the start
             ///
-            /// The stem before the first call. At 0 LMNR_LS is TRUE, at 100 LMNR_HS. It was closed last, so that
-            /// opening first takes up the whole backlash.
+            /// The position of the stem before the first call. At 0 LMNR_LS is TRUE, at 100 LMNR_HS. The last movement
+            /// was closing, so opening first takes up the whole backlash.
             pos_start: LReal = 0.0, min 0.0, max 100.0, unit "%";
             /// Temperature of heat exchanger and sensor at the start
             ///
             /// Temperature before the first call, of the heat exchanger and of its sensor.
             t_start: LReal = 20.0, min -273.15, unit "degC";
-            /// Characteristic of the valve: how much steeper it is when open than when closed; 1: linear
+            /// Characteristic of the valve: the ratio of its slopes when open and when closed; 1: linear
             ///
-            /// 1 is linear: half open is half of the flow. 30 ... 50 is equal percentage and closes tight: with 30 half
-            /// open is 15 % of the flow, so that the gain of the loop depends on the position. Below 1 it opens
-            /// quickly.
+            /// 1 is linear: half open is half of the flow. 30 ... 50 is equal percentage with tight shut-off: with 30,
+            /// half open is 15 % of the flow, so the loop gain depends on the position. Below 1 is quick-opening.
             curve: LReal = 1.0, min 0.0;
             /// Flow of the heating medium with the valve open, at the pressure PRES_NOM
             ///
             /// Scales FLOW only; the temperature follows from RISE.
             flow_max: LReal = 40.0, unit "l/min";
-            /// Pressure for which FLOW_MAX and RISE hold
+            /// Pressure to which FLOW_MAX and RISE refer
             ///
-            /// The pressure at which the open valve gives FLOW_MAX and RISE. At PRES = PRES_NOM the pressure has no
-            /// influence.
+            /// At PRES = PRES_NOM the open valve gives FLOW_MAX and RISE.
             pres_nom: LReal = 4.0, min 0.0, unit "bar";
             /// Temperature rise with the valve open, at the pressure PRES_NOM
             ///
-            /// The gain of the plant: RISE / 100 is 0.8 K for each percent of position, with a linear characteristic.
+            /// The gain of the plant: RISE / 100, 0.8 K per percent of position with the start values and a linear
+            /// characteristic.
             rise: LReal = 80.0, unit "K";
             /// Time constant of the heat exchanger; 0: none
             ///
-            /// The dominant time constant for a tuning rule: TI of CONT_S begins there, 20 s.
+            /// The dominant time constant for a tuning rule: a good first value for TI of CONT_S, 20 s.
             hx_tm: LReal = 20.0, min 0.0, unit "s";
             /// Time constant of the sensor; 0: none
             ///
-            /// TEMP follows T_HX with it. It adds to the dead time that the controller sees.
+            /// TEMP follows T_HX with this lag. It adds to the dead time that the controller sees.
             sens_tm: LReal = 5.0, min 0.0, unit "s";
             /// Temperature at which T_PER is 0
             ///
-            /// One end of the analog input's range: this temperature and anything below is 0 in T_PER. PV_OFF of the
-            /// controller is the same number.
+            /// One end of the analog input's range: at this temperature and below, T_PER is 0. Set PV_OFF of the
+            /// controller to the same value.
             t_per_0: LReal = 0.0, unit "degC";
             /// Temperature at which T_PER is 27648
             ///
-            /// The other end of the range: this temperature and anything above is 27648 in T_PER. PV_FAC of the
-            /// controller is a hundredth of the span, 1 with the start values.
+            /// The other end of the range: at this temperature and above, T_PER is 27648. Set PV_FAC of the controller
+            /// to a hundredth of the span, 1 with the start values.
             t_per_100: LReal = 100.0, unit "degC";
         }
         cycle {
-            /// Time by which a call advances valve and heat exchanger
+            /// Time by which a call advances the valve and the heat exchanger
             ///
-            /// The plant is solved exactly between two calls, so this time changes the result by rounding only. Make it
-            /// the controller's CYCLE or a part of it, and step the FMU by it or by a multiple of it.
+            /// The plant is solved exactly between two calls, so this time affects the result only through rounding.
+            /// Set it to the controller's CYCLE or a fraction of it, and use a communication step of this time or a
+            /// multiple of it.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Position of the valve: 100 % is open
             ///
-            /// What a position transmitter would show. CONT_S does not need it; compare it with the travel that the
-            /// block assumes.
+            /// The reading of a position transmitter. CONT_S does not need it; compare it with the travel that CONT_S
+            /// assumes.
             lmnr: LReal, from pos_start, unit "%";
-            /// High limit switch: the valve stands at its upper stop
+            /// High limit switch: the valve is at its upper stop
             ///
-            /// Connect it to LMNR_HS of CONT_S, which then makes no pulse up.
+            /// Connect it to LMNR_HS of CONT_S, which then outputs no pulse up.
             lmnr_hs: Bool, from pos_start;
-            /// Low limit switch: the valve stands at its lower stop
+            /// Low limit switch: the valve is at its lower stop
             ///
-            /// Connect it to LMNR_LS of CONT_S, which then makes no pulse down. With the start values the valve is
-            /// closed and it is TRUE.
+            /// Connect it to LMNR_LS of CONT_S, which then outputs no pulse down. With the start values it is TRUE: the
+            /// valve is closed.
             lmnr_ls: Bool, from pos_start;
             /// Flow of the heating medium
             ///
-            /// FLOW_MAX times characteristic times root of the pressure; 0 before the first step, because it depends on
-            /// an input.
+            /// FLOW_MAX times the characteristic times the square root of PRES / PRES_NOM; 0 before the first step,
+            /// because it depends on an input.
             flow: LReal, unit "l/min";
-            /// Temperature that the sensor shows, for PV_IN
+            /// Temperature measured by the sensor, for PV_IN
             ///
             /// Connect it to PV_IN of the controller for a process value in degC.
             temp: LReal, from t_start, unit "degC";
-            /// Temperature that the sensor shows as an analog input word, for PV_PER
+            /// Temperature measured by the sensor as an analog input word, for PV_PER
             ///
-            /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE; PV_FAC = 1 and PV_OFF = 0 make degC of it.
+            /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE; PV_FAC = 1 and PV_OFF = 0 convert it to
+            /// degC.
             t_per: Word, from t_start t_per_0 t_per_100;
             /// Temperature at the outlet of the heat exchanger itself
             ///
-            /// The temperature before the sensor: what no controller sees.
+            /// The true temperature, without the sensor lag; the controller does not see it.
             t_hx: LReal, from t_start, unit "degC";
         }
     }
@@ -314,7 +319,7 @@ blocks::block! {
     }
 }
 
-/// The flow at rest over the position, in steps of 1 %.
+/// The flow in steady state over the position, in steps of 1 %.
 const FLOW_OVER_POSITION: Characteristic = Characteristic {
     title: "",
     variable: "POS_START",
@@ -330,7 +335,7 @@ impl Law for Valve {
 
     const RESPONSES: &'static [Response] = &[
         Response {
-            title: "An opening pulse of 18 s, a closing one of 9 s, both with 10 % backlash; then the pressure drops",
+            title: "An opening pulse of 18 s and a closing pulse of 9 s, both with 10 % backlash; then the pressure drops",
             calls: 400,
             set: &[
                 (0, "CYCLE", 1.0),
@@ -344,7 +349,7 @@ impl Law for Valve {
             show: &["LMNR", "FLOW", "TEMP"],
         },
         Response {
-            title: "Full stroke in MTR_TM = 30 s with an equal percentage characteristic: half open is 15 % of the flow",
+            title: "Full stroke in MTR_TM = 30 s, equal percentage characteristic: half open is 15 % of the flow",
             calls: 60,
             set: &[(0, "CYCLE", 1.0), (0, "CURVE", 30.0), (10, "UP", 1.0)],
             show: &["UP", "LMNR", "LMNR_HS", "FLOW"],
@@ -567,7 +572,7 @@ mod tests {
         assert_eq!(valve.lmnr, 100.0);
         assert!(valve.lmnr_hs);
         run(&mut valve, 10.0);
-        assert_eq!(valve.lmnr, 100.0, "it does not run on");
+        assert_eq!(valve.lmnr, 100.0, "it does not keep running");
 
         (valve.up, valve.down) = (false, true);
         valve.call();
@@ -625,7 +630,7 @@ mod tests {
         valve.down = true;
         run(&mut valve, 0.9);
         assert_close(valve.lmnr, 20.0, 1e-9);
-        // Half way through the backlash and back again: half of it is to be taken up.
+        // Halfway through the backlash and back again: half of it remains to be taken up.
         valve.up = true;
         valve.down = false;
         run(&mut valve, 0.9);
@@ -692,7 +697,7 @@ mod tests {
         valve.drive = -20.0;
         run(&mut valve, 60.0);
         assert_eq!(valve.lmnr, 0.0);
-        // Backlash is made up for.
+        // Backlash is compensated for.
         (valve.backlash, valve.drive) = (6.0, 10.0);
         run(&mut valve, 4.7);
         assert!(valve.lmnr < 10.0);
@@ -790,7 +795,7 @@ mod tests {
 
     #[test]
     fn a_cycle_longer_than_the_stroke_is_exact_too() {
-        // Open from second 0 to 30, then 70 s at 100 %.
+        // Opening from 0 s to 30 s, then 70 s at 100 %.
         let mut valve = started(Valve { up: true, cycle: Time::ms(100_000), sens_tm: 0.0, ..Valve::default() });
         valve.call();
         let decay = (-30.0_f64 / 20.0).exp();
@@ -810,7 +815,7 @@ mod tests {
 
     #[test]
     fn lags_much_shorter_than_the_cycle_are_exact_down_to_a_hundredth_of_it() {
-        // A ramp of 80/30 K a second with a lag of 10 ms: that much behind it.
+        // A ramp of 80/30 K/s with a lag of 10 ms: that far behind it.
         let mut valve =
             started(Valve { up: true, cycle: Time::ms(1000), hx_tm: 0.01, sens_tm: 0.0, ..Valve::default() });
         for second in 1..=20 {

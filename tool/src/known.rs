@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(plant.values["CYCLE"], Value::Number(1.0));
         assert_eq!((furnace.setup.step, furnace.setup.exchange), (Some(1.0), Exchange::Parallel));
         let level = loops.iter().find(|known| known.name == "level").unwrap();
-        assert_eq!((level.stop, level.about.as_str()), (Some(1200.0), "Then the consumers take twice as much."));
+        assert_eq!((level.stop, level.about.as_str()), (Some(1200.0), "Later, consumption doubles."));
         assert_eq!(level.events, [(600.0, "TANK.DRAIN".into(), Value::Number(100.0))]);
         let to = |known: &KnownLoop| known.setup.connections.iter().map(|(_, to)| to.clone()).collect::<Vec<_>>();
         assert_eq!(to(furnace), [format!("{}.POWER", plant.name), format!("{}.PV_PER", controller.name)]);

@@ -80,7 +80,7 @@ fn two_lags_answer_in_either_order_as_the_formula_says() {
 
 #[test]
 fn integrating_it_rises_by_gain_a_second_for_each_percent() {
-    // 10 % above U_0, 0.1 a second: 1 a second from the end of the dead time on.
+    // 10 % above U_0, 0.1 a second: 1 a second after the dead time.
     let process = Process { u: 50.0, u_0: 40.0, gain: 0.1, t1: 0.0, dead_tm: 2.0, integ: true, ..Process::default() };
     let mut process = started(Process { pv_0: 7.0, ..process });
     run(&mut process, 2.0);
