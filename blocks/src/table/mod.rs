@@ -95,7 +95,7 @@ pub use parts::{
 pub use stored::Stored;
 pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
-/// The hand-written part of a block: its behavior when it is called.
+/// The hand-written part of a block: its behaviour when it is called.
 pub trait Law {
     /// The runs shown in the documentation. The reference results of the FMU record the first one.
     const RESPONSES: &'static [Response] = &[Response::AT_REST];
@@ -126,7 +126,7 @@ pub trait Law {
         Ok(())
     }
 
-    /// Returns sentences, with names and numbers, about unexpected behavior with the current settings.
+    /// Returns sentences, with names and numbers, about unexpected behaviour with the current settings.
     fn advice(&self) -> Vec<String> {
         Vec::new()
     }

@@ -35,7 +35,7 @@ pub const fn short_text(doc: &str) -> &str {
     let (first, rest) = first_line(doc.as_bytes().trim_ascii());
     assert!(
         rest.is_empty() || first_line(rest).0.trim_ascii().is_empty(),
-        "a variable's short text is one line; its help follows after an empty line"
+        "a variable's short text must be one line; its help follows after an empty line"
     );
     text(first.trim_ascii())
 }
@@ -165,7 +165,7 @@ pub const fn nest(
         next += 1;
         i += 1;
     }
-    assert!(found == wired.len() + starts.len(), "`wired` or `start` names no terminal of the inner block");
+    assert!(found == wired.len() + starts.len(), "`wired` or `start` names an unknown terminal of the inner block");
     next
 }
 
@@ -175,12 +175,12 @@ pub const fn check_restart_values(rows: &[StaticRow]) {
     let mut i = 0;
     while i < rows.len() {
         let from = rows[i].from;
-        assert!(from.is_empty() || matches!(rows[i].role, Role::Output), "`from` belongs to an output");
+        assert!(from.is_empty() || matches!(rows[i].role, Role::Output), "`from` is only for outputs");
         let mut s = 0;
         while s < from.len() {
             assert!(
                 matches!(rows[from[s]].role, Role::Parameter | Role::Fixed | Role::Cycle),
-                "`from` names settings: rows of the sections parameter, fixed and cycle"
+                "`from` accepts only settings: rows of the sections parameter, fixed and cycle"
             );
             s += 1;
         }
@@ -194,8 +194,8 @@ pub const fn cycle_row(rows: &[StaticRow]) -> usize {
     let mut i = 0;
     while i < rows.len() {
         if matches!(rows[i].role, Role::Cycle) {
-            assert!(cycle.is_none(), "a table has one `cycle` row, not two");
-            assert!(matches!(rows[i].kind, Kind::Time), "the `cycle` row is a Time");
+            assert!(cycle.is_none(), "a table cannot have two `cycle` rows");
+            assert!(matches!(rows[i].kind, Kind::Time), "the `cycle` row must be a Time");
             cycle = Some(i);
         }
         i += 1;

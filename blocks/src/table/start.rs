@@ -126,13 +126,13 @@ fn value(written: &str, kind: Kind) -> Result<Value, String> {
     let number = match (kind, written) {
         (Kind::Bool, "true") => 1.0,
         (Kind::Bool, "false") => 0.0,
-        (Kind::Bool, _) => return Err("a BOOL is true or false".into()),
+        (Kind::Bool, _) => return Err("a BOOL must be true or false".into()),
         _ => written.parse().map_err(|_| "it is not a number")?,
     };
     let value = to_value(number, kind)?;
     match text(value) {
         form if form == written => Ok(value),
-        form => Err(format!("the {} is written {form}", kind.name())),
+        form => Err(format!("this {} must be written as {form}", kind.name())),
     }
 }
 
@@ -223,14 +223,18 @@ mod tests {
             ("ON = false", "Q = 1.0", "PUMP has no setting \"Q\""),
             ("ON = false\n", "", "ON is missing"),
             ("ON = false", "FLOW = 0.5", "FLOW occurs twice"),
-            ("ON = false", "ON = 0", "ON = 0: a BOOL is true or false"),
+            ("ON = false", "ON = 0", "ON = 0: a BOOL must be true or false"),
             ("LEVEL = -1", "LEVEL = x", "LEVEL = x: it is not a number"),
-            ("LEVEL = -1", "LEVEL = 65535", "LEVEL = 65535: the WORD is written -1"),
+            ("LEVEL = -1", "LEVEL = 65535", "LEVEL = 65535: this WORD must be written as -1"),
             ("LEVEL = -1", "LEVEL = 65536", "LEVEL = 65536: a WORD accepts -32768 ... 65535"),
             ("STAGES = -7", "STAGES = 0.5", "STAGES = 0.5: an INT accepts -32768 ... 32767"),
-            ("FLOW = 0.10000000149011612", "FLOW = 0.1", "FLOW = 0.1: the REAL is written 0.10000000149011612"),
+            (
+                "FLOW = 0.10000000149011612",
+                "FLOW = 0.1",
+                "FLOW = 0.1: this REAL must be written as 0.10000000149011612",
+            ),
             ("GAIN = 0.1", "GAIN = NaN", "GAIN = NaN: an LREAL accepts finite numbers"),
-            ("CYCLE = 20.001", "CYCLE = 20.0014", "CYCLE = 20.0014: the TIME is written 20.001"),
+            ("CYCLE = 20.001", "CYCLE = 20.0014", "CYCLE = 20.0014: this TIME must be written as 20.001"),
             ("CYCLE = 20.001", "CYCLE = 0.0", "CYCLE = 0.0: the time between two calls must be at least 0.001 s"),
             ("CYCLE = 20.001", "CYCLE = -1.0", "CYCLE = -1.0: a TIME accepts 0 ... 2147483.647 s"),
         ] {

@@ -166,7 +166,7 @@ fn a_restart_value_cannot_depend_on_a_signal() {
 }
 
 #[test]
-#[should_panic(expected = "`from` belongs to an output")]
+#[should_panic(expected = "`from` is only for outputs")]
 fn a_setting_has_no_restart_value() {
     let setting = StaticRow { role: Role::Parameter, ..StaticRow::EMPTY };
     check_restart_values(&[setting, StaticRow { from: &[0], ..setting }]);

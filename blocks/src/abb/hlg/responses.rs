@@ -4,7 +4,7 @@ use crate::table::Response;
 
 pub(super) const RESPONSES: &[Response] = &[
     Response {
-        title: "Up to 1000 in 40 calls, stopped for 10 of them; down to -500 at 500 in 20 calls; reset",
+        title: "Up to 1000 in 40 calls, with a stop of 10 calls; down to -500 at 500 per 20 calls; reset",
         calls: 140,
         set: &[
             (0, "TH_TZ", 40.0),
@@ -19,7 +19,7 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["HLG", "STOP", "E01", "R"],
     },
     Response {
-        title: "SET to 600, then down to the setpoint 500 in 2 calls of 50; setpoint 0 holds the output",
+        title: "SET to 600, then down to setpoint 500 in 2 steps of 50; setpoint 0 holds the output",
         calls: 60,
         set: &[
             (0, "S0", 500.0),
@@ -33,8 +33,8 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["HLG", "SET"],
     },
     Response {
-        title: "10 in 4 calls: 2, 5, 7, 10, because the remainder of the division is carried on; with TR_TZ = 0 the way back is \
-                a jump",
+        title: "10 in 4 calls: 2, 5, 7, 10, because the remainder of the division is carried over; with TR_TZ = 0 it jumps \
+                back",
         calls: 60,
         set: &[(0, "TH_TZ", 4.0), (0, "S0", 10.0), (0, "S1", -10.0), (20, "E01", 1.0)],
         show: &["HLG", "E01"],

@@ -16,66 +16,68 @@ crate::block! {
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
             ///
-            /// For a restart during the run: after a standstill, or when LMN is NaN.
+            /// For a restart during operation: after a shutdown, or if LMN is NaN.
             com_rst: Bool = false;
             /// Manual mode: the loop is open and MAN is the manipulated value
             ///
-            /// LMN does not jump when MAN_ON falls (clause 9), unless SP_INT, the process value, DISV or GAIN changes in
-            /// that call, or MAN in the one before. When MAN_ON rises, LMN jumps to MAN.
+            /// LMN does not jump when MAN_ON becomes FALSE (clause 9), unless SP_INT, the process value, DISV or GAIN
+            /// changes in that call, or MAN in the previous one. When MAN_ON becomes TRUE, LMN jumps to MAN.
             man_on: Bool = true;
         }
         parameter {
             /// The process value comes from PV_PER (TRUE) or PV_IN (FALSE)
             ///
-            /// TRUE simulates the steps (0.0036 %) and the range of the analog input, too.
+            /// TRUE also simulates the resolution (0.0036 %) and the range of the analog input.
             pvper_on: Bool = false;
             /// Proportional action on
             ///
-            /// I action alone suits plants that follow at once or consist mostly of dead time.
+            /// I action alone suits plants that respond immediately or consist mostly of dead time.
             p_sel: Bool = true;
             /// Integral action on
             ///
-            /// FALSE leaves a P or PD controller, at which an error remains, a third of SP_INT with GAIN = 2 and a plant's
-            /// gain of 1, unless DISV supplies the LMN.
+            /// FALSE leaves a P or PD controller with a steady-state error (a third of SP_INT with GAIN = 2 and a plant
+            /// gain of 1), unless DISV supplies the LMN.
             i_sel: Bool = true;
         }
         input {
             /// Holds the integral action
             ///
-            /// While LMN has no effect, as with a secondary controller in manual mode. I_SEL = FALSE, I_ITL_ON, MAN_ON and
-            /// the limits take precedence.
+            /// Use it while LMN has no effect, as with a secondary controller in manual mode. I_SEL = FALSE, I_ITL_ON,
+            /// MAN_ON and the limits take precedence.
             int_hold: Bool = false;
             /// Sets the integral action to I_ITLVAL
             ///
-            /// To preset it before a batch, or to take LMN over from elsewhere: I_ITLVAL = LMN - LMN_P - DISV.
+            /// Use it to preset the integral before a batch, or to take over an LMN from elsewhere: I_ITLVAL = LMN -
+            /// LMN_P - DISV.
             i_itl_on: Bool = false;
         }
         parameter {
             /// Derivative action on
             ///
-            /// Makes loops with two or more lags faster; with a noisy PV, such as a flow, it mostly moves the actuator. It
-            /// acts on the setpoint too.
+            /// Speeds up loops with two or more lags; with a noisy PV, such as a flow, it mainly wears the actuator. It
+            /// also acts on the setpoint.
             d_sel: Bool = false;
         }
         cycle {
             /// Sampling time: the time between two calls
             ///
-            /// In the PLC, it has to be the period of the calling OB. Sampling acts like an additional dead time of CYCLE / 2.
+            /// In the PLC, it must be the period of the calling OB. Sampling acts like an additional dead time of CYCLE
+            /// / 2.
             cycle: Time = Time::ms(1000), min Time::ms(1);
         }
         input {
             /// Setpoint, -100 ... 100 % or a physical value
             ///
-            /// In the unit of PV. A step moves LMN_P and LMN_D at once; a ramp before SP_INT avoids it.
+            /// In the unit of PV. A step moves LMN_P and LMN_D at once; a ramp before SP_INT avoids this.
             sp_int: Real = 0.0;
             /// Process value as a floating point number, -100 ... 100 % or a physical value
             ///
-            /// Neither filtered nor checked: a value that fails to 0 drives LMN to a limit.
+            /// Neither filtered nor checked: a signal that fails to 0 drives LMN to a limit.
             pv_in: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
             ///
-            /// 32768 ... 65535 count as negative words. Overflow and underflow, 32767 and -32768, count as process values:
-            /// check for a broken wire outside.
+            /// 32768 ... 65535 count as negative words. Overflow and underflow, 32767 and -32768, count as process
+            /// values: check for a broken wire outside the block.
             pv_per: Word = Word::new(0);
             /// Manual value, -100 ... 100 % or a physical value
             ///
@@ -85,18 +87,18 @@ crate::block! {
         parameter {
             /// Proportional gain
             ///
-            /// In percent of LMN per unit of PV; negative if PV falls when LMN rises, as in cooling. With the start values, an
-            /// ER of 10 gives LMN_P = 20 and an LMN_I that rises by 1 per second.
+            /// In percent of LMN per unit of PV; negative if PV falls when LMN rises, as in cooling. With the start
+            /// values, an ER of 10 gives LMN_P = 20, and LMN_I rises by 1 per second.
             gain: Real = 2.0;
             /// Reset time of the integral action; range: TI >= CYCLE
             ///
-            /// The time in which LMN_I grows by GAIN * ER. Too short a TI makes the loop oscillate. A change causes no bump.
-            /// TI = 0 counts as CYCLE / 2; I_SEL = FALSE switches the integral action off.
+            /// The time in which LMN_I grows by GAIN * ER. Too short a TI makes the loop oscillate. A change is
+            /// bumpless. TI = 0 counts as CYCLE / 2; I_SEL = FALSE switches the integral action off.
             ti: Time = Time::ms(20_000);
             /// Derivative time; range: TD >= CYCLE
             ///
-            /// LMN_D settles at GAIN * TD times the slope of ER. Begin with half the plant's dead time or its second largest
-            /// time constant, and stay below TI / 4.
+            /// LMN_D settles at GAIN * TD times the slope of ER. Start with half the plant's dead time or its second
+            /// largest time constant, and stay below TI / 4.
             td: Time = Time::ms(10_000);
             /// Time lag of the derivative action; range: TM_LAG >= CYCLE / 2
             ///
@@ -105,54 +107,56 @@ crate::block! {
             tm_lag: Time = Time::ms(2_000);
             /// Dead band: half the width of the band in which the error counts as 0
             ///
-            /// A difference of 5 with DEADB_W = 2 gives ER = 3. It stops a limit cycle behind a coarse actuator: 1
-            /// for pulses that resolve 1 % and a plant's gain of 2.
+            /// A difference of 5 with DEADB_W = 2 gives ER = 3. It prevents a limit cycle with a coarse actuator: 1 for
+            /// pulses with a resolution of 1 % and a plant gain of 2.
             deadb_w: Real = 0.0, min 0.0;
             /// High limit of the manipulated value; range: LMN_LLM ... 100 % or a physical value
             ///
-            /// Acts before LMN_FAC and LMN_OFF, on MAN too. LMN leaves it as soon as LMN_P or LMN_D falls, without first
-            /// unwinding the integral. Lowering it lowers LMN and LMN_I at once.
+            /// Acts before LMN_FAC and LMN_OFF, and also on MAN. LMN leaves the limit as soon as LMN_P or LMN_D falls,
+            /// without first unwinding the integral. Lowering the limit lowers LMN and LMN_I at once.
             lmn_hlm: Real = 100.0;
             /// Low limit of the manipulated value; range: -100 % ... LMN_HLM or a physical value
             ///
-            /// As LMN_HLM. Heating and cooling, or negative pulses behind the block, need -100.
+            /// Like LMN_HLM. Heating and cooling, or negative pulses from PULSEGEN, need -100.
             lmn_llm: Real = 0.0;
             /// Factor of the process value from PV_PER
             ///
-            /// The scaling that normalises the word: PV = PV_PER * 100 / 27648 * PV_FAC + PV_OFF. PV_FAC is the transmitter's
-            /// span divided by 100: 4 for 0 ... 400 degC. With 4 instead of 1, a quarter of the GAIN gives the same loop.
+            /// Scales the word: PV = PV_PER * 100 / 27648 * PV_FAC + PV_OFF. PV_FAC is the transmitter's span divided
+            /// by 100: 4 for 0 ... 400 degC. With 4 instead of 1, a quarter of the GAIN gives the same loop gain.
             pv_fac: Real = 1.0;
             /// Offset of the process value from PV_PER
             ///
-            /// PV at PV_PER = 0: -50, with PV_FAC = 2, for a transmitter of -50 ... 150 degC, where 13824 reads 50.
+            /// PV at PV_PER = 0: -50, with PV_FAC = 2, for a transmitter of -50 ... 150 degC; 13824 is then 50.
             pv_off: Real = 0.0;
             /// Factor of the manipulated value
             ///
-            /// Part of the loop's gain: 0.5 needs twice the GAIN. -1 with LMN_OFF = 100 reverses an actuator.
+            /// Part of the loop gain: 0.5 needs twice the GAIN. -1 with LMN_OFF = 100 reverses an actuator.
             lmn_fac: Real = 1.0;
             /// Offset of the manipulated value
             ///
-            /// Added last: 50, with LMN_FAC = 0.5, turns limits of -100 and 100 into 0 and 100.
+            /// Added last: 50, with LMN_FAC = 0.5, maps limits of -100 and 100 to 0 and 100.
             lmn_off: Real = 0.0;
         }
         input {
             /// Value of the integral action at the restart and with I_ITL_ON, -100 ... 100 % or a physical value
             ///
-            /// Choose the LMN that the plant needs at its usual setpoint. The first automatic call adds half a step.
+            /// Choose the LMN that the plant needs at its usual setpoint. The first call in automatic mode adds half an
+            /// integration step.
             i_itlval: Real = 0.0;
             /// Disturbance variable for feedforward, -100 ... 100 % or a physical value
             ///
-            /// A measured disturbance times the LMN that makes up for it: 4 times the flow if 1 m3/h more needs 4 % more.
+            /// A measured disturbance times the LMN per unit that compensates for it: 4 times the flow if 1 m3/h more
+            /// needs 4 % more.
             disv: Real = 0.0;
         }
         output {
             /// Manipulated value
             ///
-            /// The limited sum or MAN, times LMN_FAC, plus LMN_OFF. Held between two calls.
+            /// The limited sum of the components and DISV, or MAN, times LMN_FAC, plus LMN_OFF. Held between two calls.
             lmn: Real;
             /// Manipulated value as an analog output word: 27648 is 100 %; wraps beyond 118.5 %
             ///
-            /// If LMN is a physical value, scale it outside and leave LMN_PER unconnected.
+            /// If LMN is a physical value, scale it outside the block and leave LMN_PER unconnected.
             lmn_per: Word;
             /// The manipulated value is at its high limit
             ///
@@ -168,16 +172,16 @@ crate::block! {
             lmn_p: Real;
             /// Integral component of the manipulated value
             ///
-            /// At rest, LMN_I + DISV is the LMN that the load needs. In manual mode it follows MAN - LMN_P - DISV one
-            /// call later.
+            /// In steady state, LMN_I + DISV is the LMN that the load needs. In manual mode LMN_I follows MAN - LMN_P -
+            /// DISV one call later.
             lmn_i: Real;
             /// Derivative component of the manipulated value
             ///
-            /// A kick at each change of ER, which decays with TM_LAG; not limited.
+            /// A kick at each change in ER, which decays with TM_LAG; not limited.
             lmn_d: Real;
             /// Process value in use
             ///
-            /// PV_IN, or PV_PER scaled, in manual mode too: the one for operators and alarms.
+            /// PV_IN, or PV_PER scaled, in manual mode too: the value for operators and alarms.
             pv: Real;
             /// Error after the dead band
             ///

@@ -16,7 +16,7 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["SP_INT", "LMN"],
     },
     Response {
-        title: "P and I action: LMN_I grows by LMN_P in every TI, and stays when the error is gone",
+        title: "P and I action: LMN_I grows by LMN_P in every TI, and holds when the error is gone",
         calls: 60,
         set: &[(0, "MAN_ON", 0.0), (5, "SP_INT", 10.0), (45, "SP_INT", 0.0)],
         show: &["SP_INT", "LMN", "LMN_P", "LMN_I"],
@@ -35,13 +35,13 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["GAIN", "LMN_P", "LMN_I", "LMN_D"],
     },
     Response {
-        title: "At a limit LMN_I stops; LMN leaves it in the call in which the error changes its sign",
+        title: "At a limit, LMN_I stops; LMN leaves the limit in the call in which the error changes sign",
         calls: 80,
         set: &[(0, "MAN_ON", 0.0), (0, "D_SEL", 1.0), (0, "TD", 1.0), (5, "SP_INT", 40.0), (40, "SP_INT", -5.0)],
         show: &["SP_INT", "LMN", "LMN_P", "LMN_I", "LMN_D", "QLMN_HLM", "QLMN_LLM"],
     },
     Response {
-        title: "MAN_ON falls: LMN goes on without a jump, because LMN_I is already MAN - LMN_P",
+        title: "MAN_ON falls: LMN continues without a jump, because LMN_I is already MAN - LMN_P",
         calls: 60,
         set: &[(0, "MAN", 40.0), (0, "SP_INT", 5.0), (20, "MAN_ON", 0.0)],
         show: &["LMN", "LMN_P", "LMN_I", "MAN_ON"],
@@ -67,7 +67,7 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["LMN", "LMN_I", "INT_HOLD", "I_ITL_ON"],
     },
     Response {
-        title: "DEADB_W = 2: a difference of 2 counts as no error, one of 5 as 3",
+        title: "DEADB_W = 2: a difference of 2 gives an error of 0, one of 5 an error of 3",
         calls: 60,
         set: &[
             (0, "DEADB_W", 2.0),
@@ -98,7 +98,7 @@ pub(super) const RESPONSES: &[Response] = &[
 
 pub(super) const CHARACTERISTICS: &[Characteristic] = &[
     Characteristic {
-        title: "DEADB_W = 10: ER is 0 up to a difference of 10 and begins at 0 beyond it",
+        title: "DEADB_W = 10: ER is 0 up to a difference of 10 and rises from 0 beyond it",
         variable: "SP_INT",
         range: (-50.0, 50.0),
         points: 101,

@@ -16,24 +16,24 @@ crate::block! {
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
             ///
-            /// While it is TRUE, every call is a restart (clause 1): both pulses end at once, even within PULSE_TM. A
-            /// pulse of one call is the remedy after a NaN has reached the integrator.
+            /// While it is TRUE, every call is a restart (clause 1): both pulses end at once, even within PULSE_TM. Set
+            /// it for one call if a NaN has reached the integrator.
             com_rst: Bool = false;
             /// The actuator is at its upper limit stop
             ///
-            /// TRUE blocks QLMNUP. Wire it to the limit switch of the valve. Without limit switches leave it FALSE: the
-            /// block then goes on pulsing against the stop, and finds its way back without harm.
+            /// TRUE blocks QLMNUP. Connect it to the limit switch of the valve. Without limit switches leave it FALSE:
+            /// the block then keeps pulsing against the stop, but recovers without harm.
             lmnr_hs: Bool = false;
             /// The actuator is at its lower limit stop
             ///
-            /// TRUE blocks QLMNDN, as LMNR_HS does QLMNUP. Both TRUE block every pulse, which is a wiring fault in most
-            /// plants.
+            /// TRUE blocks QLMNDN, as LMNR_HS blocks QLMNUP. If both are TRUE, every pulse is blocked, which usually
+            /// indicates a wiring fault.
             lmnr_ls: Bool = false;
-            /// Manual mode: LMNUP and LMNDN make the pulses
+            /// Manual mode: LMNUP and LMNDN generate the pulses
             ///
             /// Setpoint and error are ignored, and the integrator is held at 0. When it becomes FALSE, the controller
             /// acts on the error as after a restart: with GAIN = 2, an error of 8 beyond the dead band demands 16 % of
-            /// travel at once. For a smooth change let the setpoint be near the process value.
+            /// travel at once. For a smooth transition, keep the setpoint near the process value.
             lmns_on: Bool = false;
             /// Manual pulse up
             ///
@@ -42,13 +42,13 @@ crate::block! {
             lmnup: Bool = false;
             /// Manual pulse down
             ///
-            /// As LMNUP, in the other direction: it closes the valve. Together they demand nothing.
+            /// Like LMNUP, in the other direction: it closes the valve. If both are TRUE, there is no demand.
             lmndn: Bool = false;
         }
         parameter {
             /// The process value comes from PV_PER (TRUE) or PV_IN (FALSE)
             ///
-            /// Setpoint, dead band and PV have the unit of the process value that is chosen here.
+            /// Setpoint, dead band and PV have the unit of the process value selected here.
             pvper_on: Bool = false;
         }
         cycle {
@@ -62,8 +62,8 @@ crate::block! {
         input {
             /// Setpoint, -100 ... 100 % or a physical value
             ///
-            /// In the unit of PV. A step of 10 with GAIN = 2 and no dead band demands 20 % of travel at once; a ramp before
-            /// SP_INT avoids it.
+            /// In the unit of PV. A step of 10 with GAIN = 2 and no dead band demands 20 % of travel at once; a ramp
+            /// before SP_INT avoids this.
             sp_int: Real = 0.0;
             /// Process value as a floating point number, -100 ... 100 % or a physical value
             ///
@@ -71,33 +71,33 @@ crate::block! {
             pv_in: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
             ///
-            /// The overrange of an analog input ends at 32511, which is 117.6 %. Words from 32768 on are negative: 65535
-            /// is -1.
+            /// The overrange of an analog input ends at 32511, which is 117.6 %. Words from 32768 up are negative:
+            /// 65535 is -1.
             pv_per: Word = Word::new(0);
         }
         parameter {
             /// Proportional gain
             ///
-            /// In percent of travel per unit of the error; negative where opening the valve lowers the process value. With
-            /// GAIN = 2, an error of 5 beyond the dead band demands 10 %, the smallest demand that makes a pulse with the
-            /// start values. The rule of the quick start gives 1.5 for K = 2, T = 60 s, L = 10 s.
+            /// In percent of travel per unit of error; negative if opening the valve lowers the process value. With
+            /// GAIN = 2, an error of 5 beyond the dead band demands 10 %, the smallest demand that causes a pulse with
+            /// the start values. The rule of the quick start gives 1.5 for K = 2, T = 60 s, L = 10 s.
             gain: Real = 2.0;
             /// Reset time of the integral action; range: TI >= CYCLE, 0 switches the integral action off
             ///
-            /// The I action repeats the travel of the P action every TI while the error stays: with GAIN = 2 and an
-            /// error of 10 it adds 20 % in each TI. Where the valve takes long for the P action (|e| MTR_TM / 100 above
-            /// 0.9 TI), the I action falls behind. With TI = 0, unlike in CONT_C, a permanent error remains; between 0 and
-            /// CYCLE / 2 it is CYCLE / 2.
+            /// The I action repeats the travel of the P action every TI while the error persists: with GAIN = 2 and an
+            /// error of 10 it adds 20 % in each TI. If the valve takes long for the P action (|e| MTR_TM / 100 above
+            /// 0.9 TI), the I action falls behind. With TI = 0, unlike in CONT_C, there is no I action and a
+            /// steady-state error remains; between 0 and CYCLE / 2 it is CYCLE / 2.
             ti: Time = Time::ms(20_000);
             /// Dead band: half the width of the band in which the error counts as 0, 0 ... 100 % or a physical value
             ///
-            /// Spares the motor. Choose it larger than the noise of PV and at least half the change of PV that the shortest
-            /// pulse causes, K 100 PULSE_TM / MTR_TM with the plant's gain K; otherwise the loop hunts.
+            /// Spares the motor. Choose it larger than the noise of PV and at least half the change in PV caused by the
+            /// shortest pulse, K 100 PULSE_TM / MTR_TM with the plant gain K; otherwise the loop hunts.
             deadb_w: Real = 1.0, min 0.0;
             /// Factor of the process value from PV_PER
             ///
-            /// The scaling that normalises the word: PV = PV_PER * 100 / 27648 * PV_FAC + PV_OFF. PV_FAC is the transmitter's
-            /// span divided by 100: 4 for 0 ... 400 degC; setpoint and dead band are then in degC.
+            /// Scales the word: PV = PV_PER * 100 / 27648 * PV_FAC + PV_OFF. PV_FAC is the transmitter's span divided
+            /// by 100: 4 for 0 ... 400 degC; setpoint and dead band are then in degC.
             pv_fac: Real = 1.0;
             /// Offset of the process value from PV_PER
             ///
@@ -105,45 +105,45 @@ crate::block! {
             pv_off: Real = 0.0;
             /// Minimum length of a pulse; range: PULSE_TM >= CYCLE
             ///
-            /// Rounded up to calls; only a limit stop or a restart ends a pulse earlier. It sets the smallest move of
-            /// the valve, 100 PULSE_TM / MTR_TM percent: 10 % with the start values, which is coarse. Take what the
-            /// data sheet of contactor and motor asks for, often 0.1 ... 1 s.
+            /// Rounded up to whole calls; only a limit stop or a restart ends a pulse earlier. It determines the
+            /// smallest movement of the valve, 100 PULSE_TM / MTR_TM percent: 10 % with the start values, which is
+            /// coarse. Use the value from the data sheets of contactor and motor, often 0.1 ... 1 s.
             pulse_tm: Time = Time::ms(3_000);
             /// Minimum length of the break between pulses; range: BREAK_TM >= CYCLE
             ///
-            /// The rest between two pulses, in any direction, in which the motor stops and the contactors release. Even
-            /// with 0 there is one call without a pulse between up and down.
+            /// The break between two pulses, in either direction, in which the motor stops and the contactors release.
+            /// Even with 0 there is one call without a pulse between up and down.
             break_tm: Time = Time::ms(3_000);
             /// Time the actuator needs from limit stop to limit stop; range: MTR_TM >= CYCLE
             ///
-            /// From the data sheet of the actuator, or measured from closed to open. If the true time is 30 % longer, each
-            /// pulse moves 23 % less than assumed, and the I action makes up for it more slowly.
+            /// From the data sheet of the actuator, or measured from closed to open. If the true time is 30 % longer,
+            /// each pulse moves the valve 23 % less than assumed, and the I action takes longer to compensate.
             mtr_tm: Time = Time::ms(30_000);
         }
         input {
             /// Disturbance variable for feedforward, -100 ... 100 % or a physical value
             ///
-            /// Added to the demanded travel in automatic mode: a change by 10 moves the valve by 10 % without waiting
-            /// for an error. Connect a measured disturbance, scaled by how much valve it needs.
+            /// Added to the demanded travel in automatic mode: a change of 10 moves the valve by 10 % without waiting
+            /// for an error. Connect a measured disturbance, scaled to the valve travel that compensates for it.
             disv: Real = 0.0;
         }
         output {
             /// Pulse up: opens the valve
             ///
-            /// Never TRUE together with QLMNDN. It shows the last call of the communication step: for steps longer than
-            /// CYCLE and for a plant with a Real input use QLMN_MEAN.
+            /// Never TRUE together with QLMNDN. It shows the state in the last call of the communication step: for
+            /// steps longer than CYCLE, and for a plant with a Real input, use QLMN_MEAN.
             qlmnup: Bool;
             /// Pulse down: closes the valve
             ///
-            /// As QLMNUP, in the other direction. Never TRUE together with QLMNUP.
+            /// Like QLMNUP, in the other direction. Never TRUE together with QLMNUP.
             qlmndn: Bool;
             /// Process value in use
             ///
-            /// PV_IN, or PV_PER scaled by PV_FAC and PV_OFF: the one for operators and alarms.
+            /// PV_IN, or PV_PER scaled by PV_FAC and PV_OFF: the value for operators and alarms.
             pv: Real;
             /// Error after the dead band
             ///
-            /// 0 within the dead band, otherwise smaller by DEADB_W than the true error. Without GAIN.
+            /// 0 within the dead band, otherwise smaller by DEADB_W than the true error. Not multiplied by GAIN.
             er: Real;
         }
     }
@@ -151,7 +151,7 @@ crate::block! {
         /// Mean of the pulses over the last communication step in percent, up positive (not in the manual)
         ///
         /// Connects the pulses to a plant with one Real input for the motor: a step of ten calls with four calls up
-        /// gives 40. A valve that integrates QLMN_MEAN / MTR_TM moves exactly as far as the pulses say, at any
+        /// gives 40. A valve that integrates QLMN_MEAN / MTR_TM moves exactly as far as with the pulses, with any
         /// communication step.
         qlmn_mean;
     }
@@ -219,7 +219,7 @@ impl Law for ContS {
 }
 
 impl ContS {
-    /// Whether the valve is reported to be at the stop in this direction.
+    /// Whether a limit switch reports the stop in this direction.
     fn at_stop(&self, up: bool, down: bool) -> bool {
         (up && self.lmnr_hs) || (down && self.lmnr_ls)
     }
@@ -264,7 +264,7 @@ impl ContS {
         }
     }
 
-    /// THREE_ST: the direction in which the valve should go (clause 9).
+    /// THREE_ST: the direction in which the valve should move (clause 9).
     fn three_step(&self, z: Real, off: Real) -> i32 {
         let Memory { pulse, on, .. } = self.memory;
         if (pulse > 0 && z > off) || z >= on {

@@ -23,31 +23,31 @@ crate::block! {
             /// Process value as an analog input word: 27648 is 100 %
             ///
             /// DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF scale it: 13824 (50 %) is 200 with PV_FAC 4 and PV_OFF 0; words
-            /// from 32768 on are negative. It is read only when the controller runs. A simulated plant that gives degC
-            /// needs a conversion before it, times 27648 / 400 for 0 ... 400 degC. The block does not detect a broken
+            /// from 32768 up are negative. It is read only when the controller runs. A simulated plant with an output
+            /// in degC needs a conversion, times 27648 / 400 for 0 ... 400 degC. The block does not detect a broken
             /// wire.
             pv_per: Word = Word::new(0);
         }
         fixed {
             /// Calls from one call of the controller to the next
             ///
-            /// The controller runs in one call of RED_FAC, with the sampling time CYCLE * RED_FAC, which is also the
-            /// period of the pulses. 200 calls resolve 0.5 % of LMN, 20 resolve 5 %. Choose CYCLE * RED_FAC at most a
-            /// tenth of the plant's time constant, and RED_FAC 100 or more; shorten CYCLE if the two do not go
-            /// together.
+            /// The controller runs in one of RED_FAC calls, with the sampling time CYCLE * RED_FAC, which is also the
+            /// period of the pulses. 200 calls give a resolution of 0.5 % of LMN, 20 calls 5 %. Choose CYCLE * RED_FAC
+            /// no longer than a tenth of the plant's time constant, and RED_FAC 100 or more; shorten CYCLE if this is
+            /// impossible.
             red_fac: Int = 200, min 1;
         }
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
             ///
             /// While it is TRUE, every call restarts both blocks inside: a pulse ends at once, LMN is 0, and the
-            /// integral becomes DI_CONT_C.I_ITLVAL. When it falls, there is no pulse for RED_FAC calls.
+            /// integral becomes DI_CONT_C.I_ITLVAL. After it becomes FALSE, there is no pulse for RED_FAC calls.
             com_rst: Bool = false;
         }
         cycle {
             /// Sampling time: the time between two calls
             ///
-            /// A pulse is a whole number of CYCLE long. 10 ms, a half-wave of 50 Hz, suits a solid-state relay; a
+            /// The pulse length is a multiple of CYCLE. 10 ms, a half-wave at 50 Hz, suits a solid-state relay; a
             /// contactor needs a longer DI_PULSEGEN.P_B_TM, not a longer CYCLE. Twice the CYCLE with half the RED_FAC
             /// makes the pulses coarser and leaves the controller unchanged.
             cycle: Time = Time::ms(10), min Time::ms(1);
@@ -55,19 +55,20 @@ crate::block! {
         output {
             /// Positive pulse
             ///
-            /// TRUE in the first LMN percent of each period: with LMN = 30 and RED_FAC = 200 in 60 calls, then FALSE in
-            /// 140. A pulse or break shorter than DI_PULSEGEN.P_B_TM is left out. For a negative LMN it stays FALSE;
-            /// DI_PULSEGEN.QNEG_P has the pulses then. It shows the last call: take Q_MEAN if the communication step is
-            /// longer than CYCLE.
+            /// TRUE in the first LMN percent of each period: with LMN = 30 and RED_FAC = 200 for 60 calls, then FALSE
+            /// for 140. A pulse or break shorter than DI_PULSEGEN.P_B_TM is omitted. With a negative LMN it stays
+            /// FALSE, and the pulses appear at DI_PULSEGEN.QNEG_P. It shows the state in the last call: use Q_MEAN if
+            /// the communication step is longer than CYCLE.
             qpos_p: Bool;
         }
     }
     mean {
         /// Mean of the pulses over the last communication step in percent, negative ones negative (not in the manual)
         ///
-        /// With a communication step of one period it is LMN, to 100 / RED_FAC: 30 for LMN = 30. In a step of one CYCLE
-        /// it is 100, 0 or -100; steps that are no multiple of the period make it fluctuate. Connect it to a plant with
-        /// a Real input. In two-step control (DI_PULSEGEN.STEP3_ON = FALSE) only QPOS_P counts.
+        /// With a communication step of one period it is LMN to a resolution of 100 / RED_FAC: 30 for LMN = 30. In a
+        /// step of one CYCLE it is 100, 0 or -100; with steps that are not a multiple of the period it fluctuates.
+        /// Connect it to a plant with a Real input. In two-step control (DI_PULSEGEN.STEP3_ON = FALSE) only QPOS_P
+        /// counts.
         q_mean;
     }
     instances {

@@ -26,7 +26,7 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["SP_INT", "DI_CONT_C.LMN", "QPOS_P", "DI_PULSEGEN.QNEG_P"],
     },
     Response {
-        title: "Periods of 0.2 s with P_B_TM = 0.04 s: an LMN below 20 % gives no pulse, one above 80 % no break",
+        title: "Periods of 0.2 s with P_B_TM = 0.04 s: LMN below 20 % gives no pulse, LMN above 80 % no break",
         calls: 140,
         set: &[
             (0, "RED_FAC", 20.0),

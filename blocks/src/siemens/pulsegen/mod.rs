@@ -17,48 +17,49 @@ crate::block! {
         input {
             /// Manipulated value in percent, to be turned into pulses
             ///
-            /// Connect LMN of CONT_C here, limited to the range that the actuator has. It is read at the start of a
-            /// period, or at any call with SYN_ON. In three-step control 30 with PER_TM = 1 s is a positive pulse of
-            /// 0.3 s. Values beyond the range give a full pulse in their direction; in two-step control below it none.
+            /// Connect LMN of CONT_C here, limited to the range of the actuator. It is read at the start of a period,
+            /// or in any call with SYN_ON. In three-step control 30 with PER_TM = 1 s is a positive pulse of 0.3 s.
+            /// Values beyond the range give a full pulse in their direction; in two-step control, values below it give
+            /// none.
             inv: Real = 0.0, min -100.0, max 100.0;
         }
         parameter {
             /// Period of the pulses, in which INV is updated once; range: PER_TM >= 20 CYCLE
             ///
             /// Choose a tenth of the plant's dominant time constant or less, and long enough for the wear of the relay:
-            /// 1 s is for solid state relays, 10 ... 60 s for contactors and heating valves. PER_TM / CYCLE is the
-            /// resolution: 1 % with the start values. In the loop it is a dead time of about PER_TM / 2. It takes
-            /// effect with the next period.
+            /// 1 s suits solid-state relays, 10 ... 60 s contactors and heating valves. PER_TM / CYCLE is the
+            /// resolution: 1 % with the start values. In the loop it acts like a dead time of about PER_TM / 2. A
+            /// change takes effect with the next period.
             per_tm: Time = Time::ms(1000);
             /// Minimum length of a pulse and of a break; range: P_B_TM >= CYCLE
             ///
-            /// Shorter pulses are left out, shorter breaks filled: with PER_TM = 1 s and 0.05 s, INV below 5 % gives
-            /// nothing and above 95 % a full pulse. Take the shortest sensible on time of the relay or valve. Above
-            /// PER_TM / 2 there is only off and fully on, above PER_TM only fully on.
+            /// Shorter pulses are omitted, shorter breaks filled: with PER_TM = 1 s and 0.05 s, INV below 5 % gives no
+            /// pulse and INV above 95 % a full pulse. Use the shortest acceptable on time of the relay or valve. Above
+            /// PER_TM / 2 the output is either off or fully on, above PER_TM always fully on.
             p_b_tm: Time = Time::ms(50);
-            /// Ratio of the length of negative to positive pulses
+            /// Ratio of the lengths of negative and positive pulses
             ///
-            /// Makes up for a process that reacts differently to cooling and heating, in three-step control only. If
-            /// cooling is twice as strong, set 0.5: INV = -50 gives 25 %. Above 1 the positive pulses are divided by
-            /// it: with 2, INV = 50 gives 25 %. The minimum time scales with the pulses of that sign.
+            /// Compensates for different process gains for heating and cooling, in three-step control only. If cooling
+            /// is twice as strong, set 0.5: INV = -50 gives 25 %. Above 1 it divides the positive pulses: with 2, INV =
+            /// 50 gives 25 %. The minimum time scales with the pulses of that sign.
             ratiofac: Real = 1.0, min 0.1, max 10.0;
             /// Three-step control: positive and negative pulses; otherwise two-step control
             ///
             /// TRUE: QPOS_P and QNEG_P drive two actuators, such as heating and cooling. FALSE: QPOS_P drives one
-            /// actuator, QNEG_P is its opposite, and ST2BI_ON says which range INV has. A change takes effect with the
-            /// next period for the pulse width, and at once for the outputs.
+            /// actuator, QNEG_P is its opposite, and ST2BI_ON selects the range of INV. A change affects the pulse
+            /// width from the next period, but the outputs at once.
             step3_on: Bool = true;
             /// Two-step control is bipolar, -100 ... 100 % (TRUE), or monopolar, 0 ... 100 % (FALSE)
             ///
             /// Only with STEP3_ON = FALSE. TRUE: INV = -100 is off, 0 is half on, 100 is on. FALSE: 0 is off, 100 is
-            /// on, for a controller with LMN_LLM = 0. The wrong one halves or doubles the gain of the loop.
+            /// on, for a controller with LMN_LLM = 0. The wrong choice halves or doubles the loop gain.
             st2bi_on: Bool = false;
         }
         input {
             /// Manual mode: POS_P_ON and NEG_P_ON set the outputs
             ///
-            /// POS_P_ON and NEG_P_ON act in the same call, without period and minimum time. When it becomes FALSE, the
-            /// next call starts a new period with the INV of that call.
+            /// POS_P_ON and NEG_P_ON act in the same call, regardless of period and minimum time. The first call with
+            /// FALSE starts a new period with the INV of that call.
             man_on: Bool = false;
             /// Manual positive pulse
             ///
@@ -67,18 +68,18 @@ crate::block! {
             pos_p_on: Bool = false;
             /// Manual negative pulse; no effect in two-step control
             ///
-            /// In three-step control it sets QNEG_P unless POS_P_ON is TRUE as well. It acts with MAN_ON only.
+            /// In three-step control it sets QNEG_P unless POS_P_ON is TRUE as well. It acts only with MAN_ON.
             neg_p_on: Bool = false;
-            /// Synchronization: a change of INV starts a new period
+            /// Synchronization: a change in INV starts a new period
             ///
-            /// TRUE: a new INV ends the running period, except in the first call and in the last two of it. It saves
-            /// the wait of up to a PER_TM, if the controller computes INV once a period. With an INV that changes in
-            /// every call a period lasts two calls, and 30 % of ten calls is on all the time: set FALSE there.
+            /// TRUE: a new INV ends the current period, except in its first call and its last two. This avoids a delay
+            /// of up to PER_TM if the controller computes INV once per period. With an INV that changes in every call,
+            /// a period lasts two calls, and 30 % of ten calls is on all the time: use FALSE in that case.
             syn_on: Bool = true;
             /// Complete restart: TRUE runs the restart routine instead of the generator
             ///
-            /// While it is TRUE, every call is a restart: both outputs are FALSE, QNEG_P in two-step control too. The
-            /// first call after it starts a period.
+            /// While it is TRUE, every call is a restart: both outputs are FALSE, including QNEG_P in two-step control.
+            /// The first call after the restart starts a period.
             com_rst: Bool = false;
         }
         cycle {
@@ -91,13 +92,13 @@ crate::block! {
         output {
             /// Positive pulse
             ///
-            /// It shows the last call of the communication step: with a step of PER_TM always the same call of the
-            /// period. Use Q_MEAN for longer steps and for a plant with a Real input.
+            /// It shows the state in the last call of the communication step: with a step of PER_TM always the same
+            /// call of the period. Use Q_MEAN for steps longer than CYCLE and for a plant with a Real input.
             qpos_p: Bool;
             /// Negative pulse; in two-step control the opposite of QPOS_P
             ///
             /// In two-step control it is TRUE whenever QPOS_P is FALSE, except after a restart. Do not connect it to a
-            /// second actuator there.
+            /// second actuator in this case.
             qneg_p: Bool;
         }
     }

@@ -15,7 +15,7 @@ const SHARE_OVER_INV: Characteristic = Characteristic {
 
 pub(super) const RESPONSES: &[Response] = &[
     Response {
-        title: "Periods of 20 calls: 30 %, then 75 % and -50 %, which come in the middle of a period and start a new one, \
+        title: "Periods of 20 calls: 30 %, then 75 % and -50 %, which change in mid-period and start a new one, \
                 then 4 %, too little for a pulse",
         calls: 160,
         set: &[
@@ -29,8 +29,8 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["INV", "QPOS_P", "QNEG_P"],
     },
     Response {
-        title: "Two-step control, bipolar: 0 % is on for half of the period, -60 % for a fifth, 100 % throughout; QNEG_P is the \
-                opposite",
+        title: "Two-step control, bipolar: at 0 % on for half of the period, at -60 % for a fifth, at 100 % throughout; QNEG_P is \
+                the opposite",
         calls: 120,
         set: &[
             (0, "STEP3_ON", 0.0),
@@ -43,20 +43,20 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["INV", "QPOS_P", "QNEG_P"],
     },
     Response {
-        title: "RATIOFAC = 0.5: 50 % is 10 calls of 20 on QPOS_P, -50 % only 5 on QNEG_P",
+        title: "RATIOFAC = 0.5: 50 % is 10 of 20 calls on QPOS_P, -50 % only 5 on QNEG_P",
         calls: 80,
         set: &[(0, "RATIOFAC", 0.5), (0, "PER_TM", 0.2), (0, "P_B_TM", 0.01), (0, "INV", 50.0), (40, "INV", -50.0)],
         show: &["INV", "QPOS_P", "QNEG_P"],
     },
     Response {
-        title: "P_B_TM = 40 ms, 4 calls: 15 % of 20 calls would be 3 and is left out, 25 % is 5, 85 % would leave a break of 3 \
+        title: "P_B_TM = 40 ms, 4 calls: 15 % of 20 calls would be 3 and is omitted, 25 % is 5, 85 % would leave a break of 3 \
                 and is on throughout",
         calls: 120,
         set: &[(0, "PER_TM", 0.2), (0, "P_B_TM", 0.04), (0, "INV", 15.0), (40, "INV", 25.0), (80, "INV", 85.0)],
         show: &["INV", "QPOS_P", "QNEG_P"],
     },
     Response {
-        title: "MAN_ON: the outputs follow POS_P_ON and NEG_P_ON call by call; afterwards a period starts with INV = 30 %",
+        title: "MAN_ON: the outputs follow POS_P_ON and NEG_P_ON in each call; afterwards a period starts with INV = 30 %",
         calls: 80,
         set: &[
             (0, "PER_TM", 0.2),
@@ -77,17 +77,17 @@ pub(super) const RESPONSES: &[Response] = &[
 
 pub(super) const CHARACTERISTICS: &[Characteristic] = &[
     Characteristic {
-        title: "Three-step control: below P_B_TM, 5 % of the period, there is no pulse, above 95 % no break",
+        title: "Three-step control: no pulse below P_B_TM, 5 % of the period; no break above 95 %",
         set: &[],
         ..SHARE_OVER_INV
     },
     Characteristic {
-        title: "Three-step control, RATIOFAC = 0.5: negative pulses, and their shortest and longest one, are half as long",
+        title: "Three-step control, RATIOFAC = 0.5: negative pulses, including the shortest and the longest, are half as long",
         set: &[("RATIOFAC", 0.5)],
         ..SHARE_OVER_INV
     },
     Characteristic {
-        title: "Two-step control, bipolar: half of the period at 0 %; QNEG_P is the opposite",
+        title: "Two-step control, bipolar: on for half of the period at 0 %; QNEG_P is the opposite",
         set: &[("STEP3_ON", 0.0), ("ST2BI_ON", 1.0)],
         ..SHARE_OVER_INV
     },
