@@ -289,7 +289,7 @@ def test_what_is_wrong_is_told_with_its_place_and_nothing_is_written(build):
     done, _ = build(COUNTER)
     assert done.returncode == 1 and "--cycle 100ms" in done.stderr
     done, _ = build(COUNTER, "--cycle=1s", "--parameter=enabel")
-    assert done.returncode == 1 and "Counter has no input enabel to become a parameter; it has enable" in done.stderr
+    assert done.returncode == 1 and "Counter has no input enabel that could become a parameter; available: enable" in done.stderr
 
 
 LINE = """
@@ -557,7 +557,7 @@ def test_texts_are_strings_that_are_set_within_their_length_kept_in_states_and_r
 
     assert "article = \"12345678901\": STRING[10] takes 10 characters, not 11" in refused("article", "12345678901")
     assert "a STRING holds only ISO 8859-1 characters, and '€' is not one of them" in refused("article", "€")
-    assert "article: the string is not UTF-8: its byte 2 is invalid" in refused("article", Latin1("Größe"))
+    assert "article: the string is not UTF-8: byte 2 is invalid" in refused("article", Latin1("Größe"))
     assert "text is computed by the block and can only be read" in refused("text", "x")
     # A character beyond 16 bits is two of a WSTRING.
     assert "note = \"😀😀😀😀a\": WSTRING[8] takes 8 characters, not 9" in refused("note", "😀😀😀😀a")

@@ -74,7 +74,7 @@ pub struct Clock {
     pub(crate) ordinary_below: i64,
     /// The number k of the next call.
     pub(crate) next: i64,
-    /// The present time is `tick * cycle + offset`.
+    /// The current time is `tick * cycle + offset`.
     pub(crate) tick: i64,
     pub(crate) offset: f64,
     /// The end of the last step in seconds, as the host passed it; the furthest end if the last step began slightly
@@ -146,7 +146,7 @@ impl Clock {
         (self.next - self.tick) as f64 * self.cycle - self.offset <= self.same()
     }
 
-    /// The tolerance in milliseconds within which times count as equal to the present one.
+    /// The tolerance in milliseconds within which times count as equal to the current one.
     fn same(&self) -> f64 {
         SAME * self.cycle + ROUNDINGS * RESOLUTION * self.end.abs().max(self.start.abs())
     }
@@ -154,7 +154,7 @@ impl Clock {
     /// Counts a due call as made. Returns whether one was due.
     ///
     /// # Errors
-    /// The present time is so far from 0 that calls cannot be distinguished.
+    /// The current time is so far from 0 that calls cannot be distinguished.
     pub fn make_due_call(&mut self) -> Result<bool, Refusal> {
         if self.same() > MOST_SAME * self.cycle {
             return Err(messages::no_resolution("the time", self.end, self.period).into());
@@ -244,7 +244,7 @@ impl Clock {
     }
 }
 
-/// The floor of a number of cycles; 0 if rounding made it negative. (`f64::floor` is a library call on processors
+/// The floor of a number of cycles; 0 if rounding has made it negative. (`f64::floor` is a library call on processors
 /// without SSE 4.1, which a portable library cannot require.)
 fn floor(x: f64) -> i64 {
     x as i64

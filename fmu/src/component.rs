@@ -254,7 +254,7 @@ impl<B: Cyclic> Component<B> {
     /// Deserializes a saved state into the host's state or, if that is NULL, into a new one.
     ///
     /// # Errors
-    /// As [`Component::get_state`]; [`Instance::from_bytes`] refuses the bytes.
+    /// As [`Component::get_state`]; [`Instance::from_bytes`] rejects the bytes.
     pub fn deserialize(&mut self, bytes: &[u8], state: &mut StateAddress) -> Result<(), Refusal> {
         self.keep(state, Instance::from_bytes(self.instance.block(), bytes, self.origin.hash)?)
     }

@@ -1,5 +1,5 @@
 //! The door through which every call of a host passes: it checks the state, catches panics, and logs why a call is
-//! refused. The code behind it may panic or refuse; the code in front of it, the C functions of a version of the
+//! refused. The code inside may panic or refuse; the code outside, the C functions of a version of the
 //! standard, only turns pointers into references.
 
 use crate::component::Component;

@@ -12,7 +12,7 @@ pub trait Version {
     /// The common prefix of its function names.
     const PREFIX: &'static str;
 
-    /// Its name for the type of a row's values, as in the name of the function that sets them.
+    /// Its name for the type of a row's values, as used in the name of the setter.
     fn name_of<S: TableText>(row: &Row<S>) -> &'static str;
 }
 

@@ -47,8 +47,8 @@ impl<B: Cyclic> Instance<B> {
         self.events
     }
 
-    /// The handling of calls as events, if the host handles the calls of this block. Calls of blocks that hold their
-    /// inputs until the next call are always made in steps: no output jumps at such a call.
+    /// Like [`Instance::events`], but `None` for a block that holds its inputs until the next call: its calls are always
+    /// made within steps, because no output jumps at them.
     pub(crate) fn handled(&self) -> Option<Events> {
         self.events.filter(|_| !B::HOLDS_INPUTS)
     }
@@ -99,7 +99,7 @@ impl<B: Cyclic> Instance<B> {
     /// Restarts the block with the values that have been set. The first cyclic call is at the start time.
     ///
     /// # Errors
-    /// CYCLE is below 1 ms, or the block itself refuses.
+    /// CYCLE is below 1 ms, or the block rejects its settings.
     pub fn exit_initialization_mode(&mut self) -> Result<(), Refusal> {
         let (start, stop) = self.experiment.unwrap_or((0.0, f64::INFINITY));
         self.session.restart(start, stop)?;
@@ -205,7 +205,7 @@ impl<B: Cyclic> Instance<B> {
     /// block.
     ///
     /// # Errors
-    /// A reference is unknown or has another type; nothing is written then.
+    /// A reference is unknown or has another type. In that case, nothing is written.
     #[inline(always)]
     pub fn get<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
         if self.get_ordinary(references, values) { Ok(()) } else { self.get_checked(references, values) }
@@ -232,8 +232,8 @@ impl<B: Cyclic> Instance<B> {
     /// Writes variables. `values` is as long as `references`.
     ///
     /// # Errors
-    /// A reference is unknown, has another type or cannot be set now, or a value is outside the range of its type;
-    /// nothing is written then.
+    /// A reference is unknown, has another type or cannot be set now, or a value is outside the range of its type. In
+    /// these cases, nothing is written.
     #[inline(always)]
     pub fn set<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
         if self.set_ordinary(references, values) { Ok(()) } else { self.set_checked(references, values) }
@@ -272,11 +272,12 @@ impl<B: Cyclic> Instance<B> {
         }
     }
 
-    /// Sets time derivatives of Real inputs: in all further steps, the block sees the input extrapolated from the start
-    /// of the step. A derivative holds until it is changed; 0 removes it. All slices have the same length.
+    /// Sets time derivatives of Real inputs: in all subsequent steps, the block sees the input extrapolated from the
+    /// start of the step. A derivative holds until it is changed; 0 removes it. All slices have the same length.
     ///
     /// # Errors
-    /// A reference is not a Real input, an order is not 1 to 4, or a derivative is not finite; nothing is changed then.
+    /// A reference is not a Real input, an order is not 1 to 4, or a derivative is not finite. In these cases, nothing
+    /// is changed.
     pub fn set_input_derivatives<V: Version>(
         &mut self,
         references: &[u32],
@@ -299,8 +300,8 @@ impl<B: Cyclic> Instance<B> {
     /// event.
     ///
     /// # Errors
-    /// The clock refuses a time, or an extrapolated input may leave its range; no call is made then. The program stops;
-    /// its values are then those before the call in which it stopped.
+    /// The clock rejects a time, or an extrapolated input may leave its range; in these cases, no call is made. Or the
+    /// program stops; its values are then those before the call in which it stopped.
     pub fn do_step(&mut self, tc: f64, h: f64) -> Result<Reached, Refusal> {
         let reached = match self.handled() {
             Some(Events { may_return_early }) => self.session.step_between_events(tc, h, may_return_early)?,

@@ -19,28 +19,28 @@ impl Category {
     /// Calls that were refused.
     pub const STATUS_ERROR: Category = Category {
         name: c"logStatusError",
-        description: "Calls that were refused and changed nothing, with the reason",
+        description: "Refused calls, which changed nothing, with the reason",
         bit: 1,
     };
 
     /// Queries without an answer.
     pub const STATUS_DISCARD: Category = Category {
         name: c"logStatusDiscard",
-        description: "Inquiries that have no answer here, with the reason",
+        description: "Queries that this FMU cannot answer, with the reason",
         bit: 2,
     };
 
     /// Panics.
     pub const STATUS_FATAL: Category = Category {
         name: c"logStatusFatal",
-        description: "A defect of the FMU: the instance can only be freed",
+        description: "Internal errors of the FMU: the instance can only be freed",
         bit: 4,
     };
 
     /// Calls that are allowed but may be unintended.
     pub const ADVICE: Category = Category {
         name: c"logAdvice",
-        description: "What the block does with its settings where a user may not expect it",
+        description: "Settings that are allowed but may have unexpected effects",
         bit: 8,
     };
 

@@ -58,7 +58,7 @@ messages! {
     computed(name: &str): "{name} is computed by the block and can only be read";
     out_of_range(name: &str, value: &str, range: &str): "{name} = {value}: {range}";
     no_text(name: &str): "{name} = NULL: a string is required; it may be empty";
-    not_utf8(name: &str, byte: usize): "{name}: the string is not UTF-8: its byte {byte} is invalid";
+    not_utf8(name: &str, byte: usize): "{name}: the string is not UTF-8: byte {byte} is invalid";
     no_real_input(name: &str): "{name} is not a Real input: only Real inputs have derivatives";
     wrong_order(name: &str, order: i32): "{name}: order {order}: must be 1 to 4";
     endless_derivative(name: &str, derivative: f64): "{name}: derivative {derivative:?}: must be finite";

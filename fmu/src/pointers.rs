@@ -76,7 +76,7 @@ fn elements<T>(pointer: *mut T, length: usize, name: &str) -> Result<*mut T, Ref
     Ok(pointer)
 }
 
-/// Refuses an array unless it has no elements.
+/// Rejects an array unless it has no elements.
 #[cold]
 fn no_array(is_null: bool, length: usize, name: &str) -> Result<(), Refusal> {
     match is_null {
@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn an_array_is_null_only_with_length_0() {
-        // SAFETY: NULL, which is recognised before it is read.
+        // SAFETY: NULL, which is recognized before it is read.
         let of = |length| unsafe { array::<f64>(ptr::null(), length, "value") };
         assert!(of(0).unwrap().is_empty());
         assert_eq!(of(3).unwrap_err().reason(), "value is NULL but must have 3 elements");

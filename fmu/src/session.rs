@@ -34,7 +34,7 @@ impl<B: Cyclic> Session<B> {
     /// (infinite if there is no stop time); the first call is at `start`.
     ///
     /// # Errors
-    /// The time between two calls is less than 1 ms, or the block refuses its parameters.
+    /// The time between two calls is less than 1 ms, or the block rejects its parameters.
     pub fn restart(&mut self, start: f64, stop: f64) -> Result<(), Refusal> {
         Self::restart_block(&mut self.block)?;
         self.clock = Clock::new(start, stop, self.block.cycle());
@@ -82,7 +82,7 @@ impl<B: Cyclic> Session<B> {
     /// Makes every call from `tc` up to but not including `tc + h`, in seconds.
     ///
     /// # Errors
-    /// The [`Clock`] refuses a time, or an extrapolated input may leave its range. No call is made then.
+    /// The [`Clock`] rejects a time, or an extrapolated input may leave its range. In these cases, no call is made.
     pub fn step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
         let mut clock = self.clock.clone();
         let calls = clock.advance(tc, h)?;
@@ -193,8 +193,8 @@ impl<B: Cyclic> Session<B> {
     }
 
     /// Sets time derivatives of inputs as (row, order, derivative), each checked by [`Session::check_derivative`]: in
-    /// all further steps, the block sees the input extrapolated from the start of the step. A derivative holds until it
-    /// is changed; 0 removes it.
+    /// all subsequent steps, the block sees the input extrapolated from the start of the step. A derivative holds until
+    /// it is changed; 0 removes it.
     pub fn set_derivatives(&mut self, derivatives: impl Iterator<Item = (u32, i32, f64)>) {
         for (row, order, derivative) in derivatives {
             let place = self.extrapolations.iter().position(|known| known.row == row).unwrap_or_else(|| {

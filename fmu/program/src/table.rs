@@ -136,7 +136,7 @@ pub(crate) fn build(
                 texts.push((text(&name, variable, role, place, &place.read(start))?, place));
                 continue;
             }
-            _ => return Err(format!("{name} is neither a number nor a text")),
+            _ => return Err(format!("{name} is neither a number nor a string")),
         };
         let kind = kind(variable.of).ok_or_else(|| format!("{name}: an FMU cannot represent a {}", variable.of))?;
         let value = scl::ir::Value::read(ty, &start[offset..]).to_plc(kind);
@@ -211,7 +211,7 @@ fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) ->
     let role = match role {
         Role::Input if of.role == interface::Role::Local => {
             return Err(format!(
-                "{} is not an input: the program may write this text, so a host cannot set it; make it a VAR_INPUT",
+                "{} is not an input: the program may write this string, so a host cannot set it; make it a VAR_INPUT",
                 of.name
             ));
         }
@@ -250,7 +250,10 @@ fn chosen(manifest: &Manifest, root: &Root, variables: &[&Variable]) -> Result<H
             let Some(found) = known.get(&spelled(name)) else {
                 let some: Vec<&str> = able().map(|(_, of)| of.name.as_str()).take(MOST_NAMES).collect();
                 let block = &root.block;
-                return Err(format!("{block} has no {what} {name} to become {wanted}; it has {}", some.join(", ")));
+                return Err(format!(
+                    "{block} has no {what} {name} that could become {wanted}; available: {}",
+                    some.join(", ")
+                ));
             };
             let exact = found.iter().filter(|at| variables[**at].name == *name).copied().collect::<Vec<usize>>();
             let found = if exact.is_empty() { found } else { &exact };

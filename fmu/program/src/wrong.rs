@@ -36,7 +36,7 @@ impl fmt::Display for Wrong {
                 .write_str("the sources contain no block to run: neither a FUNCTION_BLOCK nor an ORGANIZATION_BLOCK"),
             Wrong::Choice { blocks, .. } if blocks.len() == 1 => write!(
                 formatter,
-                "{} cannot run on its own: its array parameters take their bounds from a caller; call it from another block",
+                "{} cannot run on its own: its array parameters take their bounds from the caller; call it from another block",
                 blocks[0]
             ),
             Wrong::Choice { blocks, .. } => write!(

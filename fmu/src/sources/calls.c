@@ -34,7 +34,7 @@ static void plcfmu_tell(plcfmu_component_t *c, int function, plcfmu_status_t sta
     c->text.text[0] = '\0';
 }
 
-/* Refuses a function in the current state. */
+/* Rejects a function in the current state. */
 static plcfmu_status_t plcfmu_not_now(plcfmu_component_t *c, int function) {
     const size_t count = sizeof plcfmu_state_names / sizeof plcfmu_state_names[0];
     const char *name = "";

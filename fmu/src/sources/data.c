@@ -44,7 +44,7 @@ static u64_t plcfmu_bits_f64(double number) {
 
 static double plcfmu_abs_f64(double number) { return plcfmu_f64_of(plcfmu_bits_f64(number) & 0x7FFFFFFFFFFFFFFFull); }
 
-/* Rounds to the nearest whole number, ties to even; from 2^52 on, every number is whole. */
+/* Rounds to the nearest whole number, ties to even; every number above 2^52 is whole. */
 static double plcfmu_round_f64(double number) {
     if (!(number > -4503599627370496.0 && number < 4503599627370496.0)) {
         return number;
@@ -84,7 +84,7 @@ typedef struct {
     double stop;    /* s; infinite without a stop time */
     double cycle;   /* time between two calls: whole milliseconds */
     i64_t next;   /* the number of the next call */
-    i64_t tick;   /* the present time is tick * cycle + offset */
+    i64_t tick;   /* the current time is tick * cycle + offset */
     double offset;
     double end;     /* end of the last step, s, as the host passed it; the furthest end */
     double since;   /* the sum of all steps, s, as a host would add them up */

@@ -209,7 +209,7 @@ static void plcfmu_say_number(plcfmu_text_t *text, double number, int plain) {
     plcfmu_say(text, count <= power && !plain ? ".0" : "");
 }
 
-/* Refuses with a complete sentence. */
+/* Refuses a call with a complete sentence. */
 static plcfmu_status_t plcfmu_refuse(plcfmu_text_t *text, const char *sentence) {
     plcfmu_say(text, sentence);
     return PLCFMU_REFUSED;

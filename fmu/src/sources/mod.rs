@@ -143,7 +143,7 @@ pub enum Of<'a> {
     },
 }
 
-/// The check by which a block refuses settings.
+/// The check by which a block rejects settings.
 #[derive(Debug)]
 pub struct Check<'a> {
     /// The name of the function that makes the check.
@@ -345,7 +345,7 @@ fn table(parts: &Parts) -> String {
     text
 }
 
-/// Appends the reasons why a block refuses settings.
+/// Appends the reasons why a block rejects settings.
 fn refusals(text: &mut String, check: &Check) {
     let _ =
         writeln!(text, "#define PLCFMU_CHECK {} /* refuses settings with which the block cannot run */", check.call);
@@ -399,7 +399,7 @@ static const plcfmu_kind_t plcfmu_kinds[] = {
 ",
     );
     for kind in Kind::ALL {
-        // Up to this value, binary64 represents every integer.
+        // Up to this value, binary64 represents every integer exactly.
         let exact = 1_i128 << 53;
         let (low, high) = match kind {
             Kind::Word => (-32768, 65535),
@@ -640,7 +640,7 @@ pub trait Subject {
     /// Writes an input.
     ///
     /// # Errors
-    /// The input refuses the value.
+    /// The input does not accept the value.
     fn set(&mut self, row: usize, number: f64) -> Result<(), Self::Error>;
     /// Makes a call and returns whether it completed.
     ///
@@ -678,7 +678,7 @@ impl<B: Cyclic> Subject for B {
 /// calls and the hash of all variables after each call.
 ///
 /// # Errors
-/// The subject refuses.
+/// The subject refuses a value or a call.
 pub fn tape<S: Subject>(variables: &[Row], subject: &mut S) -> Result<(u32, u128), S::Error> {
     let (mut seed, mut hash) = (1_u32, BASIS);
     let mut next = || {

@@ -102,7 +102,7 @@ static plcfmu_status_t plcfmu_get_strings(plcfmu_component_t *c, const plcfmu_re
     return PLCFMU_OK;
 }
 
-/* Checks that a text can be set; otherwise, refuses it with the reason. */
+/* Checks that a text can be set; otherwise, rejects it with the reason. */
 static plcfmu_status_t plcfmu_check_text(plcfmu_component_t *c, const plcfmu_text_row_t *row, const char *given) {
     u32_t units = 0, code = 0;
     const char *at, *outside = NULL;

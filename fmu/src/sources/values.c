@@ -229,7 +229,7 @@ static void plcfmu_show_mean(plcfmu_block_t *block, i64_t pulses, i64_t calls) {
 #endif
 }
 
-/* Refuses settings with which the block cannot run. */
+/* Rejects settings with which the block cannot run. */
 static plcfmu_status_t plcfmu_check_settings(plcfmu_block_t *block, plcfmu_text_t *text) {
 #ifdef PLCFMU_CHECK
     call_t call = {0, PLCFMU_BUDGET, 0, 0, 0, 0, 0};

@@ -42,7 +42,7 @@ static int plcfmu_next_value(plcfmu_walk_t *walk, u32_t *row) {
     return 1;
 }
 
-/* Refuses a reference that does not refer to a variable of the type being read or written. `access` is Get or Set. */
+/* Rejects a reference that does not refer to a variable of the type being read or written. `access` is Get or Set. */
 static plcfmu_status_t plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const char *access) {
     if (reference < PLCFMU_ROWS) {
         const plcfmu_row_t *row = &plcfmu_rows[reference];

@@ -45,7 +45,7 @@ mod tests {
             assert!(interface.contains(&format!(r#""{name}":{value}"#)), "{name} is missing in {interface}");
         }
         assert!(interface.contains(r#""log_categories":[{"name":"logStatusError","#));
-        assert!(interface.contains(r#""description":"A defect of the FMU: the instance can only be freed"},"#));
+        assert!(interface.contains(r#""description":"Internal errors of the FMU: the instance can only be freed"},"#));
         assert!(interface.contains(r#"{"name":"logAdvice","description":"#) && interface.ends_with(r#""}]}}"#));
     }
 }

@@ -126,7 +126,7 @@ where
 ///
 /// # Errors
 /// A reference is unknown, has another type or cannot be set now; the number of values differs; or a value is outside
-/// the range of its type. Nothing is written then.
+/// the range of its type. In these cases, nothing is written.
 #[inline(always)]
 pub fn set<V: Choice, B: Cyclic, T: HostType<V>>(
     component: &mut Component<B>,

@@ -23,7 +23,7 @@ macro_rules! integers {
 
             #[inline]
             fn is_of<S: TableText>(row: &Row<S>) -> bool {
-                // Two types have 16 bits: analog values are signed.
+                // Two 16-bit types can hold a WORD: the signed one is for analog values.
                 let is_narrow = $Integer::BITS == 16;
                 let is_other = row.kind == Kind::Word && is_narrow && row.is_analog != ($Integer::MIN != 0);
                 <$Integer as HostType<$Version>>::holds(row.kind) && !is_other
@@ -223,7 +223,7 @@ mod tests {
     use blocks::table::number::is_real;
     use blocks::{StaticRow, Word};
 
-    /// The names of the types of which a row's values are.
+    /// The names of the types that hold a row's values.
     fn holders<V: Version>(row: &StaticRow) -> Vec<&'static str>
     where
         f32: HostType<V>,

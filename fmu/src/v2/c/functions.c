@@ -269,7 +269,7 @@ static int plcfmu_is_extrapolated(const plcfmu_extrapolation_t *input) {
     return is;
 }
 
-/* Sets derivatives: in all further steps, the program sees the inputs extrapolated from the start of the step. 0
+/* Sets derivatives: in all subsequent steps, the program sees the inputs extrapolated from the start of the step. 0
    removes a derivative. */
 static fmi2Status plcfmu_set_derivatives(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count,
                                          const fmi2Integer order[], const fmi2Real value[]) {

@@ -11,7 +11,7 @@ enum {
 
 static const size_t plcfmu_sizes[] = {4, 8, 1, 1, 2, 2, 4, 4, 8, 8, sizeof(fmi3Boolean)};
 
-/* Refuses arrays that are missing or whose length differs from the number of values, and the time unless `with_time`.
+/* Rejects arrays that are missing or whose length differs from the number of values, and the time unless `with_time`.
    */
 static fmi3Status plcfmu_open(plcfmu_component_t *c, const fmi3ValueReference vr[], size_t count, const void *values,
                               size_t value_count, size_t size, const char *access, int with_time) {
