@@ -108,7 +108,7 @@ fn head(sources: &Sources, file: usize, table: &Table) -> String {
         let named = ORIGINS.iter().filter(|(word, _)| clauses.contains(word));
         let origins: Vec<String> = named.map(|(word, whence)| format!("  {word}: {whence}")).collect();
         if !origins.is_empty() {
-            head += &format!("\nThe words in brackets say where a rule comes from:\n\n{}\n", origins.join("\n"));
+            head += &format!("\nThe words in brackets state the origin of a rule:\n\n{}\n", origins.join("\n"));
         }
     }
     head
@@ -222,13 +222,13 @@ impl Reader<'_> {
                 inner.push((member.field.to_string(), member.field.to_string(), ty, short(&member.docs)));
             }
             let record = self.record(file, &format!("{}_memory", table.name), inner)?;
-            self.program.docs.records.insert(record, format!("What {} keeps from call to call.", table.name));
+            self.program.docs.records.insert(record, format!("The state that {} keeps between calls.", table.name));
             self.records.insert(memory_name(table), record);
             members.push((
                 "memory".to_string(),
                 "memory".to_string(),
                 Ty::Struct(record),
-                "What the block keeps from call to call".to_string(),
+                "The state that the block keeps between calls".to_string(),
             ));
         }
         let record = self.record(file, &table.name, members)?;

@@ -319,7 +319,7 @@ fn what_may_surprise_is_told() {
     warned("#r := #dw;", "DWORD becomes REAL: its value is converted, not its bits");
     warned("#flag := #r = 0.1;", "REAL values are compared for equality; rounding may keep them from being equal");
     warned("#flag := #r < #l;", "REAL is compared with LREAL");
-    warned("#i := #temp;", "the temporary temp may be read before it is written; it is then 0");
+    warned("#i := #temp;", "the temporary temp may be read before it is written; if so, it is 0");
     warned("IF #flag THEN #temp := 1; END_IF; #i := #temp;", "the temporary temp may be read before it is written");
     warned("CASE #i OF 1..3: ; 2: ; END_CASE;", "this CASE value occurs twice: the first one applies");
     warned(

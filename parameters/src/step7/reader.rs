@@ -135,7 +135,7 @@ impl Skipped {
             return None;
         }
         let others = if self.others > 0 { format!(" and {} others", self.others) } else { String::new() };
-        Some(format!("skipped {}{others}: not instances of the known blocks", self.first.join(", ")))
+        Some(format!("skipped {}{others}: not instances of known blocks", self.first.join(", ")))
     }
 }
 

@@ -170,14 +170,14 @@ fn other_blocks_are_skipped_by_name() {
          BEGIN\nEND_DATA_BLOCK\nTYPE UDT 3 STRUCT a : INT; END_STRUCT END_TYPE\nDATA_BLOCK DB 8 FB 200 BEGIN x[1] := 'y'; END_DATA_BLOCK"
     );
     assert_eq!(one(&text).name, "DB41");
-    assert_eq!(remarks(&text), "plant.awl: skipped FC1, DB7, UDT3, DB8 (FB200): not instances of the known blocks");
+    assert_eq!(remarks(&text), "plant.awl: skipped FC1, DB7, UDT3, DB8 (FB200): not instances of known blocks");
 }
 
 #[test]
 fn a_block_of_the_project_under_the_number_of_a_known_block_is_skipped() {
     let text = format!("{PUMP}DATA_BLOCK DB 9 FB 41 BEGIN speed := 5; ramp := T#5S; END_DATA_BLOCK");
     assert_eq!(one(&text).name, "DB41");
-    assert_eq!(remarks(&text), "plant.awl: skipped DB9 (FB41): not instances of the known blocks");
+    assert_eq!(remarks(&text), "plant.awl: skipped DB9 (FB41): not instances of known blocks");
     assert_refused(
         "DATA_BLOCK DB 9 FB 41 BEGIN speed := 5; END_DATA_BLOCK",
         &["plant.awl:1:17: DB9 is an instance of `FB41`, but has no member of PUMP; known blocks: PUMP (FB 41, SFB \
@@ -192,7 +192,7 @@ fn a_block_of_the_project_under_the_number_of_a_known_block_is_skipped() {
 #[test]
 fn an_empty_data_block_of_a_type_with_a_similar_name_is_skipped() {
     let text = format!("{PUMP}DATA_BLOCK DB 9 PUMA BEGIN END_DATA_BLOCK");
-    assert_eq!(remarks(&text), "plant.awl: skipped DB9 (PUMA): not instances of the known blocks");
+    assert_eq!(remarks(&text), "plant.awl: skipped DB9 (PUMA): not instances of known blocks");
 }
 
 #[test]

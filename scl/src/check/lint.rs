@@ -22,7 +22,7 @@ pub(crate) fn unwritten(compiler: &mut Compiler, (file, _): BlockId, temps: &[(u
         let offset = line.find(&name).unwrap_or(line.len() - line.trim_start().len());
         let span =
             Span { file: file as u32, start: (start + offset) as u32, end: (start + offset + name.len()) as u32 };
-        let message = format!("the temporary {name} may be read before it is written; it is then 0");
+        let message = format!("the temporary {name} may be read before it is written; if so, it is 0");
         compiler.warn(span, message, Some("write it first, or declare it in VAR to keep its value between calls"));
     }
 }

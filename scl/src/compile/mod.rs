@@ -304,7 +304,7 @@ impl<'a> Compiler<'a> {
         let name = &self.block((file, index)).name;
         self.names.insert(name.key(), stub);
         self.report.forget(self.trees[file].extents[index]);
-        let message = format!("{} does not run: the stub in {} takes its place", name.text, self.sources[stub.0].file);
+        let message = format!("{} does not run: the stub in {} replaces it", name.text, self.sources[stub.0].file);
         self.warn(name.span, message, Some("delete the stub if the block can be read"));
         true
     }
@@ -319,7 +319,7 @@ impl<'a> Compiler<'a> {
                 if is_it && !self.stubs.contains(&name.key()) {
                     let message = match tree.instantiated.contains(number) {
                         true => format!(
-                            "no source declares the function block \"{}\": only an instance shows its interface",
+                            "no source declares the function block \"{}\": only an instance reveals its interface",
                             name.text
                         ),
                         false => format!("{}: protected block without source code", name.text),

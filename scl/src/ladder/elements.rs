@@ -252,7 +252,7 @@ pub(crate) const ROWS: &[Instruction] = &[
     row(&["MoveBlockU", "UMove_Blk"], Law::Statement("UMOVE_BLK")),
     row(&["FillBlockI", "Fill_Blk"], Law::Statement("FILL_BLK")),
     row(&["FillBlockU", "UFill_Blk"], Law::Statement("UFILL_BLK")),
-    row(&["JumpList", "Jmp_List", "Switch"], Law::Refused("compare with contacts, and jump with jump coils")),
+    row(&["JumpList", "Jmp_List", "Switch"], Law::Refused("use contacts to compare and jump coils to jump")),
     row(
         &[
             "SpCoil", "SP_Coil", "SeCoil", "SE_Coil", "SdCoil", "SD_Coil", "SsCoil", "SS_Coil", "SfCoil", "SF_Coil",

@@ -169,10 +169,11 @@ impl Lint<'_> {
                     }
                     let (which, where_) = if *reader < writer { ("old", "before") } else { ("new", "after") };
                     let message = format!(
-                        "this reads the {which} value of a variable written by {} in the same network, because it runs {where_} it",
+                        "this reads the {which} value of a variable written by {} in the same network, \
+                         as it runs {where_} that element",
                         network.elements[writer].name
                     );
-                    report.warning(element.span, message, Some("put the two into separate networks"));
+                    report.warning(element.span, message, Some("put the two in separate networks"));
                 }
             }
         }

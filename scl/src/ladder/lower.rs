@@ -157,7 +157,7 @@ impl Lowerer<'_> {
         let (any, circles) = each_after_its_needs(0..elements.len(), &needed);
         for number in circles {
             let message = "the wires form a cycle: this element depends on its own result";
-            let help = "put a variable in between: a coil writes it, a contact reads it";
+            let help = "put a variable in between, written by a coil and read by a contact";
             self.report.error(elements[number].span, message, Some(help));
         }
         // The elements that an element needs execute in the order of the network, not of its pins; a junction is placed

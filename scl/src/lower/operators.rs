@@ -145,7 +145,7 @@ impl Lowerer<'_, '_> {
         match of {
             Some(of) => Operand::Value(of, self.both(operation, of, left, right, span)),
             None => {
-                let help = "both sides must be BOOL, or both bit strings; compare a number first";
+                let help = "both sides must be BOOL, or both must be bit strings; to use a number, compare it first";
                 self.refuse(name, &left, &right, span, Some(help))
             }
         }

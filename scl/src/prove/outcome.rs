@@ -35,7 +35,7 @@ pub(super) const FIELDS: [Field; 11] = [
     field("tape", "DWORD", "fingerprint of the tape"),
     field("calls", "DINT", "calls on the tape"),
     field("done", "DINT", "calls made"),
-    field("output", "INT", "number of the differing output, from 1"),
+    field("output", "INT", "number of the differing output, counted from 1"),
     field("spare", "INT", "not used"),
     field("expected", "DWORD", "its bits on the tape"),
     field("found", "DWORD", "its bits in this PLC"),

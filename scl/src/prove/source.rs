@@ -257,7 +257,7 @@ impl Source<'_> {
         self.line(&format!("                {expected}[{what} - {}] := {value};", first - 1));
         self.line("        END_CASE;");
         self.line(&format!("    UNTIL {is_last}\n    END_REPEAT;"));
-        self.line("    // Call the PLC's own block once and take the bits of its outputs.");
+        self.line("    // Call the PLC's own block once and read the bits of its outputs.");
         let own: Vec<&StaticRow> = tape.inputs.iter().map(|row| &rows[*row]).filter(|row| !row.is_inner()).collect();
         for (number, row) in own.iter().enumerate() {
             let before = if number == 0 { format!("    {tested}(") } else { "        ".to_string() };

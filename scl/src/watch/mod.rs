@@ -176,14 +176,14 @@ pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
             .filter(|word| word.starts_with(|c: char| c.is_ascii_digit()))
             .find_map(|word| milliseconds(word.trim_end_matches('.')))
         {
-            return (time, format!("the comment of {}", block.name));
+            return (time, format!("the comment on {}", block.name));
         }
     }
     let is_cycle = |name: &str| name.eq_ignore_ascii_case("CYCLE");
     for block in blocks {
         let constant = block.constants.iter().find(|(name, _)| is_cycle(name));
         if let Some(time) = constant.and_then(|(_, value)| milliseconds(value)) {
-            return (time, format!("the constant CYCLE of {}", block.name));
+            return (time, format!("the constant CYCLE in {}", block.name));
         }
     }
     for block in blocks {

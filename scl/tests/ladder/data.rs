@@ -149,7 +149,8 @@ fn a_missing_block_has_the_interface_that_its_call_and_its_instance_show() {
         [("b.xml", block), ("d.xml", data)].map(|(name, text)| parameters::Source::new(name, text.into_bytes())).into();
     let errors = scl::compile(&sources, &scl::Options::default()).unwrap_err();
     let all: Vec<&str> = errors.iter().flat_map(|of| &of.problems).map(|problem| problem.message.as_str()).collect();
-    let message = "DB Drive_DB: no source declares the function block \"Drive\": only an instance shows its interface";
+    let message =
+        "DB Drive_DB: no source declares the function block \"Drive\": only an instance reveals its interface";
     assert!(all.contains(&message), "{all:?}");
 
     let missing = scl::survey(&sources, &scl::Options::default()).missing;

@@ -36,7 +36,7 @@ fn errors_of_networks_name_the_place() {
         ),
         (
             "RUNG wire#powerrail Contact( #a ) Switch( k := #i, EQ 3 => one, else => two ) END_RUNG",
-            "B.s7dcl:8:35: FB B, network 1 \"Start\": Switch is not supported; compare with contacts and jump with JumpCoil",
+            "B.s7dcl:8:35: FB B, network 1 \"Start\": Switch is not supported; use contacts to compare and JumpCoil to jump",
         ),
         (
             "RUNG wire#powerrail Contact( #a, #b ) Coil( #y ) END_RUNG",

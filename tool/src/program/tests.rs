@@ -138,12 +138,12 @@ fn the_cycle_is_that_of_a_comment_or_a_constant() {
     let (none, why) = cycle(PUMP.into());
     assert!(none == 0.1 && why.starts_with("no source specifies one"), "{why}");
     let constant = PUMP.replace("BEGIN", "VAR CONSTANT CYCLE : Time := T#2s; END_VAR\nBEGIN");
-    assert_eq!(cycle(constant), (json!(2.0), "the constant CYCLE of Pump".into()));
+    assert_eq!(cycle(constant), (json!(2.0), "the constant CYCLE in Pump".into()));
     let main = format!(
         "{PUMP}DATA_BLOCK \"D\" \"Pump\" BEGIN END_DATA_BLOCK\nORGANIZATION_BLOCK \"Cyclic\"\n// called every 20 ms\n\
          VAR_TEMP x : Int; END_VAR\nBEGIN \"D\"(); END_ORGANIZATION_BLOCK"
     );
-    assert_eq!(cycle(main), (json!(0.02), "the comment of Cyclic".into()));
+    assert_eq!(cycle(main), (json!(0.02), "the comment on Cyclic".into()));
     // A controller computes with the period that it is told.
     let sub = "FUNCTION_BLOCK \"Sub\" VAR_INPUT CYCLE : Time; END_VAR BEGIN ; END_FUNCTION_BLOCK\n";
     let calls =

@@ -194,7 +194,7 @@ impl Parser<'_> {
         let mut attributes = self.attributes_within(from, start.start);
         if REFUSED.contains(&self.word_ahead(0).as_str()) {
             let message = format!("{} is not supported", self.text_of(self.token()));
-            return self.refuse(start, &message, Some("compare with contacts and jump with JumpCoil"));
+            return self.refuse(start, &message, Some("use contacts to compare and JumpCoil to jump"));
         }
         let callee = self.callee()?;
         let to = self.span().start;
