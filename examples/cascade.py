@@ -54,7 +54,7 @@ def run(fmus, with_flow_controller):
     valve = fmus.start("VALVE", POS_ON=True, MTR_TM=5.0, POS_START=50.0, T_START=AT_START, CYCLE=STEP_SIZE)
 
     def measured_flow(t):
-        # VALVE outputs its flow from the first step on.
+        # VALVE outputs its flow only after the first step.
         return valve["FLOW"] if t > 0.0 else 20.0
 
     settings = {"MAN_ON": False, "CYCLE": CYCLE, "TI": TI}

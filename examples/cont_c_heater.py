@@ -26,7 +26,7 @@ from plcfmu import plot
 from plcfmu.figures import integral_error
 
 CYCLE = 1.0
-# The furnace: HEATER's parameters as they are.
+# The furnace: HEATER's start values.
 K, T1, T2, DELAY = 3.0, 120.0, 20.0, 5.0
 # The loop.
 LAMBDA = 20.0
@@ -55,7 +55,7 @@ COLD, HOT, COLD_END = 20.0, 200.0, 500.0
 
 
 def run(fmus):
-    """At rest at 170 degC in manual mode, then automatic mode, a step of 10 K, and then the door half open."""
+    """Steady at 170 degC in manual mode, then automatic mode, a step of 10 K, and then the door half open."""
     controller = fmus.start("CONT_C", PID, MAN_ON=True, MAN=50.0)
     furnace = fmus.start("HEATER", T_START=170.0)
     result = plcfmu.simulate(

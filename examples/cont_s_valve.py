@@ -19,7 +19,7 @@ temperature by 0.8 K; a dead band of 0.5 K on either side is more than half of t
 always a position within it.
 
 Theory: a setpoint step has a rise time of about 2.2 LAMBDA; the pulses approximate the PI law in
-steps of 1 %, so times agree within a fifth. At rest the temperature is within the dead band, and no
+steps of 1 %, so times agree within a fifth. In steady state the temperature is within the dead band, and no
 more pulses are output. A setpoint that cannot be reached drives the valve to its upper stop; there
 LMNR_HS ends the pulse, and the integrator is held (only the proportional component, which shrinks
 as the temperature rises, briefly moves the valve off the stop). So the valve starts closing
@@ -83,7 +83,7 @@ def run(fmus):
     result.quality.add("highest beyond the setpoint", float(max(step["PV"])) - 70.0, "K", "at most 0.5")
     result.quality.add("within 1 K after", float(step.time[abs(step["PV"] - 70.0) > 1.0][-1]) - STEP, "s")
     rest = result.between(MANUAL - 20.0, MANUAL)
-    result.quality.add("deviation at rest", float(max(abs(rest["SP_INT"] - rest["PV"]))), "K", f"at most {DEADB_W}")
+    result.quality.add("steady-state deviation", float(max(abs(rest["SP_INT"] - rest["PV"]))), "K", f"at most {DEADB_W}")
     for name, start, end in (("setpoint step", STEP, DROP), ("pressure drop", DROP, MANUAL)):
         part = result.between(start, end)
         result.quality.add(f"pulses for the {name}", pulses(part["QLMNUP"]) + pulses(part["QLMNDN"]), "")

@@ -11,7 +11,7 @@ import plcfmu
 
 
 def run(fmus, plant="HEATER"):
-    """From rest at 20 degC to 80 degC."""
+    """From steady state at 20 degC to 80 degC."""
     controller = fmus.start("CONT_C", MAN_ON=False, CYCLE=1.0, GAIN=0.95, TI=130.0)
     plant = fmus.start(plant, name="PLANT")
     connections = {"CONT_C.LMN": "PLANT.POWER", "PLANT.TEMP": "CONT_C.PV_IN"}

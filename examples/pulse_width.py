@@ -54,7 +54,7 @@ PULSES = {"P_B_TM": CYCLE, "STEP3_ON": False}
 
 
 def run(fmus, end=END):
-    """From 20 to 30 degC, by the two blocks and by PULS_CTR. A row is a call of PULSEGEN."""
+    """From 20 to 30 degC, with the two blocks and with PULS_CTR. A row is a call of PULSEGEN."""
     start_of_controller = (RED_FAC - 1) * CYCLE
     controller = fmus.start("CONT_C", CONTROL, CYCLE=PERIOD, start_time=start_of_controller)
     generator = fmus.start("PULSEGEN", PULSES, CYCLE=CYCLE, PER_TM=PERIOD)
@@ -99,7 +99,7 @@ def run(fmus, end=END):
     }
     result.quality += step.figures("TEMP", "SP_INT", COLD, WARM, unit="K", theory=theory)
     rest = result.between(end - 5 * PERIOD, end)
-    result.quality.add("ripple of the temperature at rest", float(np.ptp(rest["TEMP"])), "K", "at most 0.03")
+    result.quality.add("steady-state temperature ripple", float(np.ptp(rest["TEMP"])), "K", "at most 0.03")
     return result
 
 

@@ -57,7 +57,7 @@ def counts(temperature):
 
 
 def furnace(fmus, with_ramp):
-    """From 100 to 200 degC, in a step or along the ramp."""
+    """From 100 to 200 degC, as a step or along the ramp."""
     power = (COLD - 20.0) / K
     ramp = fmus.start("HLG", TZ=CYCLE, TH_TZ=TH_TZ if with_ramp else 0, INIT=counts(COLD), S1=counts(HOT), E01=True)
     controller = fmus.start(
@@ -99,7 +99,7 @@ def furnace(fmus, with_ramp):
 
 
 def drive(fmus, th_tz):
-    """From rest to 916 rpm along a ramp of `th_tz` calls; 0 means a step."""
+    """From standstill to 916 rpm along a ramp of `th_tz` calls; 0 means a step."""
     ramp = fmus.start("HLG", TZ=DRIVE_CYCLE, TH_TZ=th_tz, E01=True)
     motor = fmus.start("DRIVE", CYCLE=DRIVE_CYCLE)
     result = plcfmu.Result()

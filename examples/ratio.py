@@ -17,7 +17,7 @@ is an I controller (P_SEL off) with GAIN / TI = 1 / (0.4 l/min/% * LAMBDA), for 
 constant LAMBDA = 1.5 s.
 
 Theory, for a first-order loop: while flow A rises at a constant slope, flow B lags by slope * ratio
-* LAMBDA; the response to a step of the ratio has a rise time of 2.2 LAMBDA and no overshoot,
+* LAMBDA; the response to a step in the ratio has a rise time of 2.2 LAMBDA and no overshoot,
 settles within 2 % after 3.9 LAMBDA, and its error integral is step * LAMBDA. A pressure drop to 2.5
 bar reduces flow B by 21 % immediately; it recovers with LAMBDA / 0.79, because the gain of the
 valve is then lower.
@@ -53,7 +53,7 @@ def run(fmus):
         return 0.6 if t >= NEW_RATIO else 0.5
 
     def flow_a(t):
-        # VALVE outputs its flow from the first step on.
+        # VALVE outputs its flow only after the first step.
         return valve_a["FLOW"] if t > 0.0 else 16.0
 
     def flow_b(t):

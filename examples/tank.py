@@ -49,7 +49,7 @@ MORE_DRAIN = 65.0
 
 
 def run(fmus, ti):
-    """The setpoint rises from 0.9 to 1 m; later somebody opens the drain from 50 to 65 %."""
+    """The setpoint rises from 0.9 to 1 m; later the drain is opened from 50 to 65 %."""
     valve_at_start = 100.0 * OUTFLOW * math.sqrt(LOW / LEVEL) / FLOW_MAX
     tank = fmus.start("TANK", L_START=LOW, VALVE=valve_at_start)
     controller = fmus.start(

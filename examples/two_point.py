@@ -33,7 +33,7 @@ SETTLED, END = 120.0, 360.0
 
 
 def run(fmus):
-    """From 170 degC, at rest, to 180 degC. A row is a call."""
+    """From steady state at 170 degC to 180 degC. A row is a call."""
     controller = fmus.start("TWO_POINT", CYCLE=CYCLE, HYS=HYS)
     furnace = fmus.start("HEATER", CYCLE=CYCLE, T_START=170.0, SENS_TM=2.0)
     result = plcfmu.simulate(

@@ -587,7 +587,7 @@ def test_valve_the_setpoint_step_rises_within_a_fifth_of_2_2_lambda(run):
 
 def test_valve_at_rest_it_is_within_the_dead_band_and_no_pulse_comes(run):
     result = run(cont_s_valve.run)
-    assert result.quality["deviation at rest"] <= 0.5
+    assert result.quality["steady-state deviation"] <= 0.5
     for start, end in ((0.0, 20.0), (220.0, 240.0), (360.0, 400.0), (560.0, 600.0)):
         part = result.between(start, end)
         assert not part["QLMNUP"].any() and not part["QLMNDN"].any()
@@ -705,7 +705,7 @@ def test_pulse_width_the_pulses_act_as_their_mean(run):
     assert result.quality["overshoot"] < 2.0
     assert result.quality["settling"] < 88.0
     assert near(result.quality["iae"], 270.0, 0.1)
-    assert 0.0 < result.quality["ripple of the temperature at rest"] < 0.03
+    assert 0.0 < result.quality["steady-state temperature ripple"] < 0.03
 
 
 # ramp: 0.5 K/s; PI with GAIN 0.952, TI 130 s; drive with 0.1 s, 75 rpm.

@@ -12,15 +12,15 @@ blocks::block! {
     ///
     /// # Purpose
     ///
-    /// A thermostat or a level switch: one output, on or off. It is the smallest complete example of a block of one's
-    /// own. For a proportional behaviour take a continuous controller with a pulse generator.
+    /// A thermostat or a level switch: one output, on or off. It is the smallest complete example of your own block.
+    /// For proportional control use a continuous controller with a pulse generator.
     ///
     /// # Quick start
     ///
-    /// 1. SP and PV, in the same unit.
-    /// 2. HYS: the band in which PV may swing, and MIN_TM: what the contactor bears.
-    /// 3. CYCLE: a tenth of the time that PV takes through the band.
-    /// 4. Q, or Q_MEAN for a Real input, to the plant.
+    /// 1. Connect SP and PV, in the same unit.
+    /// 2. HYS: the band in which PV may swing; MIN_TM: the shortest switching time that the contactor tolerates.
+    /// 3. CYCLE: a tenth of the time that PV takes to cross the band.
+    /// 4. Connect Q, or Q_MEAN for a Real input, to the plant.
     ///
     /// # Diagram
     ///
@@ -73,7 +73,7 @@ blocks::block! {
     ///
     /// # Algorithm
     ///
-    /// The law of a call, in this order; w is the time that Q has to stay as it is:
+    /// One call, in this order; w is the time for which Q must keep its state:
     ///
     /// ```text
     /// ER   = SP - PV
@@ -85,20 +85,20 @@ blocks::block! {
     ///
     /// # Clauses
     ///
-    /// 1. Restart: Q is FALSE, and may switch at once.
+    /// 1. Restart: Q is FALSE and may switch immediately.
     /// 2. Between SP - HYS / 2 and SP + HYS / 2 nothing switches. HYS = 0 leaves no such band: Q then changes with the sign
     ///    of ER.
     /// 3. MAN_ON: Q follows MAN, whatever PV is.
-    /// 4. After a change Q stays as it is for MIN_TM, in manual mode too: contactors last longer.
-    /// 5. Q_MEAN is the mean of Q over the last communication step, 0 or 100 % where it did not switch.
+    /// 4. After a change Q keeps its state for MIN_TM, in manual mode too, to spare the contactor.
+    /// 5. Q_MEAN is the mean of Q over the last communication step, 0 or 100 % if it did not switch.
     ///
     /// # Sampling
     ///
-    /// Call it every CYCLE; PV can pass the band by what it does in one CYCLE.
+    /// Call it every CYCLE; PV can leave the band by its change in one CYCLE.
     ///
     /// # Limits of use
     ///
-    /// With a HYS below 0 the limits change places, and the upper one is asked first.
+    /// With HYS below 0 the two limits are swapped, and switching on takes precedence.
     pub struct TwoPoint as "TWO_POINT" {
         input {
             /// Setpoint
@@ -112,7 +112,7 @@ blocks::block! {
             pv: Real = 0.0;
             /// Manual mode: MAN sets the output
             ///
-            /// While it is TRUE the output follows MAN, whatever PV is. MIN_TM still holds.
+            /// While it is TRUE the output follows MAN, whatever PV is. MIN_TM still applies.
             man_on: Bool = false;
             /// Manual value
             ///
@@ -123,24 +123,25 @@ blocks::block! {
             /// Hysteresis: the width of the band around the setpoint in which nothing switches
             ///
             /// The wider the band, the less often the output switches, and the further PV moves away from SP: with 4 it
-            /// is 2 to either side, and what the plant adds while it reacts. Larger than the noise of PV, at least.
+            /// is 2 on either side, plus the overshoot due to the plant's lag. It must be larger than the noise of PV.
             hys: Real = 1.0, min 0.0;
             /// Minimum time between two changes of the output
             ///
             /// After each change the output keeps its state for at least this time. Contactors and compressors need it:
-            /// 0 for a solid state relay, minutes for a compressor.
+            /// 0 for a solid-state relay, minutes for a compressor.
             min_tm: Time = Time::ms(0);
         }
         cycle {
             /// Sampling time: the time between two calls
             ///
-            /// The output can change once in a CYCLE. A tenth of the time that PV takes through the band, or less.
+            /// The output can change once per CYCLE. Use a tenth of the time that PV takes to cross the band, or less.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Actuating signal
             ///
-            /// TRUE while PV has to rise. It shows the last call; for a plant with a Real input use Q_MEAN.
+            /// TRUE while PV has to rise. It shows the state in the last call; for a plant with a Real input use
+            /// Q_MEAN.
             q: Bool;
             /// Error: setpoint minus process value
             ///
@@ -151,8 +152,8 @@ blocks::block! {
     mean {
         /// Mean of the actuating signal over the last communication step in percent
         ///
-        /// For a plant with a Real input: 100 if the output was on throughout the communication step, 40 if for four of
-        /// ten calls.
+        /// For a plant with a Real input: 100 if the output was on throughout the communication step, 40 if it was on
+        /// for four of ten calls.
         q_mean;
     }
     memory Memory {
@@ -264,7 +265,7 @@ mod tests {
 
     #[test]
     fn clause_4_the_output_stays_for_the_minimum_time() {
-        // 300 ms is three calls of 100 ms: on in the first, and off in the fourth at the earliest.
+        // 300 ms is three calls at 100 ms: on in the first, and off in the fourth at the earliest.
         let mut block = restarted(TwoPoint { sp: 50.0, min_tm: Time::ms(300), ..TwoPoint::default() });
         assert_eq!(switches(&mut block, &[0.0, 99.0, 99.0, 99.0, 0.0]), [true, true, true, false, false]);
     }
