@@ -123,5 +123,5 @@ def test_an_input_is_not_overwritten(plcfmu, tmp_path, inputs, arguments):
 
 def test_two_outputs_do_not_have_one_name(plcfmu, tmp_path):
     done = plcfmu(*RUN, "--out", "one.svg", "--plot", "./one.svg")
-    assert refusal(done) == "error: ./one.svg is named for two outputs: name a file for each"
+    assert refusal(done) == "error: ./one.svg is given for two outputs: give each its own file"
     assert list(tmp_path.iterdir()) == []

@@ -45,7 +45,7 @@ impl Fmu {
     /// Creates an instance, which uses Event Mode if `has_events` is set.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages, or has no Event Mode.
+    /// The FMU refuses the call (the error contains its messages), or has no Event Mode.
     pub fn instantiate(&self, name: &str, has_events: bool) -> Result<Instance> {
         self.instantiate_with(name, &self.description.guid, has_events)
     }
@@ -137,7 +137,7 @@ pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
     let file = platforms.iter().find_map(|name| package.libraries.iter().find(|file| file.platform == *name));
     file.with_context(|| {
         format!(
-            "the FMU has no library for this platform ({}), only for {}: get or build it for {0}",
+            "the FMU has no library for this platform ({}), only for {}: get or build one for {0}",
             platforms.first().map_or_else(|| format!("{OS} on {ARCH}"), ToString::to_string),
             package.platforms()
         )
@@ -286,7 +286,7 @@ mod tests {
         let here = platforms(OS, ARCH)[0];
         assert_eq!(
             error,
-            format!("the FMU has no library for this platform ({here}), only for plan9: get or build it for {here}")
+            format!("the FMU has no library for this platform ({here}), only for plan9: get or build one for {here}")
         );
     }
 

@@ -136,7 +136,7 @@ impl Instance {
     /// most FMUs use, is read in full. For any other message, only the format is kept.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     pub fn instantiate(library: &Library, name: &str, guid: &str, resources: Option<&str>) -> Result<Instance> {
         Instance::start(&Opened::V2(library.clone()), &Start { name, guid, resources, ..Start::default() })
     }
@@ -144,7 +144,7 @@ impl Instance {
     /// Creates an instance of an FMU of either version, for co-simulation and with logging on.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     pub fn start(library: &Opened, start: &Start) -> Result<Instance> {
         let text = |text: &str| CString::new(text).with_context(|| format!("{text:?} contains a NUL"));
         let messages = Box::new(Messages { of: start.name.into(), messages: Mutex::default() });
@@ -168,7 +168,7 @@ impl Instance {
     /// them in the next call.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
         let done = call!(self, of => of.setup(start, stop));
         self.check(done)
@@ -177,7 +177,7 @@ impl Instance {
     /// Calls `fmi2EnterInitializationMode` or `fmi3EnterInitializationMode`.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     pub fn enter_initialization(&mut self) -> Result<()> {
         let done = call!(self, of => of.enter_initialization());
         self.check(done)
@@ -187,7 +187,7 @@ impl Instance {
     /// Mode.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     pub fn exit_initialization(&mut self) -> Result<()> {
         let done = call!(self, of => of.exit_initialization());
         self.check(done)
@@ -197,7 +197,7 @@ impl Instance {
     /// are handled.
     ///
     /// # Errors
-    /// The FMU refuses or discards the step, or works asynchronously (fmi2Pending), with its messages; or
+    /// The FMU refuses or discards the step, or works asynchronously (fmi2Pending): the error contains its messages. Or
     /// [`Terminated`].
     #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<()> {
@@ -226,7 +226,7 @@ impl Instance {
     /// Enters Event Mode unless it is active.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages, or has no Event Mode.
+    /// The FMU refuses the call (the error contains its messages), or has no Event Mode.
     pub fn enter_events(&mut self) -> Result<()> {
         let Called::V3(of) = &mut self.called else { bail!("it is an FMI 2.0 FMU, which has no Event Mode") };
         let done = of.enter_events();
@@ -236,7 +236,7 @@ impl Instance {
     /// Calls `fmi3UpdateDiscreteStates`, in Event Mode.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages, or [`Terminated`].
+    /// The FMU refuses the call (the error contains its messages), or [`Terminated`].
     pub fn update(&mut self) -> Result<Update> {
         let Called::V3(of) = &mut self.called else { bail!("it is an FMI 2.0 FMU, which has no Event Mode") };
         match of.update() {
@@ -250,7 +250,7 @@ impl Instance {
     /// Calls `fmi3EnterStepMode`.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     pub fn leave_events(&mut self) -> Result<()> {
         let Called::V3(of) = &mut self.called else { bail!("it is an FMI 2.0 FMU, which has no Event Mode") };
         let done = of.leave_events();
@@ -260,7 +260,7 @@ impl Instance {
     /// Calls `fmi2Terminate` or `fmi3Terminate`.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     pub fn terminate(&mut self) -> Result<()> {
         let done = call!(self, of => of.terminate());
         self.check(done)
@@ -269,7 +269,7 @@ impl Instance {
     /// Calls `fmi2Reset` or `fmi3Reset`, after which the instance is as if newly created.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     pub fn reset(&mut self) -> Result<()> {
         let done = call!(self, of => of.reset());
         self.check(done)
@@ -278,7 +278,7 @@ impl Instance {
     /// Reads a variable; true is 1. A 64-bit integer is returned as the nearest number.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     pub fn get(&mut self, kind: Type, reference: u32) -> Result<f64> {
         let mut cell = [0.0];
         self.get_all(kind, &[reference], &mut cell)?;
@@ -288,7 +288,7 @@ impl Instance {
     /// Sets a variable; for a Boolean, 0 is false and anything else true.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages, or the value is not valid for the type.
+    /// The FMU refuses the call (the error contains its messages), or the value is not valid for the type.
     pub fn set(&mut self, kind: Type, reference: u32, value: f64) -> Result<()> {
         self.set_all(kind, &[reference], &[kind.cell(value)])
     }
@@ -296,7 +296,7 @@ impl Instance {
     /// Reads several variables of one type in one call, as cells ([`Type::cell`]); true is 1.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
+    /// The FMU refuses the call; the error contains its messages.
     ///
     /// # Panics
     /// The numbers of values and references differ.
@@ -412,7 +412,7 @@ unsafe fn said(text: *const c_char) -> Option<String> {
     (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned())
 }
 
-/// Truncates a long message to its beginning, and adds its length.
+/// Truncates a long message and appends its length.
 fn cut(mut text: String) -> String {
     let length = text.len();
     if length > LONGEST_MESSAGE {

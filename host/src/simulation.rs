@@ -62,7 +62,7 @@ impl Fmus {
     /// Creates an instance for a member.
     ///
     /// # Errors
-    /// An FMU refuses, with its name and messages.
+    /// An FMU refuses the call; the error contains its name and messages.
     ///
     /// # Panics
     /// There is no such member.

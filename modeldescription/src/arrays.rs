@@ -103,7 +103,7 @@ fn free(used: &HashSet<u32>, next: &mut u32, count: u32) -> Option<u32> {
     Some(first)
 }
 
-/// The index of an element, from 1 in each dimension, with the last one varying fastest.
+/// The index of an element, counted from 1 in each dimension, with the last dimension varying fastest.
 fn index(mut element: u64, dimensions: &[u64]) -> String {
     let mut indices: Vec<String> = Vec::with_capacity(dimensions.len());
     for size in dimensions.iter().rev() {

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::fmt::Debug;
 
-/// The maximum number of findings of a kind in a report; one more sentence counts the rest.
+/// The maximum number of findings of a kind in a report; an additional sentence states the number of the others.
 pub const MOST_FINDINGS: usize = 20;
 
 /// The findings of a check, one sentence each.
@@ -25,7 +25,7 @@ impl Findings {
     }
 }
 
-/// The first findings, and the number of further ones.
+/// The first findings, and the number of the others.
 #[derive(Default)]
 pub(crate) struct Counted {
     first: Vec<String>,

@@ -38,7 +38,7 @@ impl Names {
         flat.into()
     }
 
-    /// Refuses two names that become identical.
+    /// Rejects two names that become identical.
     pub(crate) fn check<'a>(self, names: impl Iterator<Item = &'a str>) -> Result<(), String> {
         if self == Names::Structured {
             return Ok(());

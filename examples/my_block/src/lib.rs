@@ -165,7 +165,7 @@ blocks::block! {
 impl Law for TwoPoint {
     // The runs shown on the FMU's documentation page and recorded in its reference results.
     const RESPONSES: &'static [Response] = &[Response {
-        title: "The process value falls below the band of 2 around 50, rises above it, and comes back into it",
+        title: "The process value falls below the band of 2 around 50, rises above it, and returns to it",
         calls: 60,
         set: &[
             (0, "SP", 50.0),

@@ -47,7 +47,7 @@ pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(message))
 }
 
-/// The messages on standard input of this process. When the input ends, the process exits: by itself, or after
+/// The messages on standard input of this process. When the input ends, the process exits: on its own, or after
 /// [`FAREWELL`] if an FMU does not return. Keep the sender until everything has been freed.
 pub fn input() -> (Receiver<Vec<u8>>, Sender<()>) {
     let (sender, messages) = mpsc::channel();

@@ -234,7 +234,7 @@ impl Process {
         }
     }
 
-    /// How a process ended after its last reply. A process that does not exit by itself has closed its output or sent
+    /// How a process ended after its last reply. A process that does not exit on its own has closed its output or sent
     /// invalid data, and is terminated.
     fn ended(&mut self) -> End {
         let began = Instant::now();
@@ -288,7 +288,7 @@ impl Process {
         self.process.wait().ok()
     }
 
-    /// Whether it has ended by itself. Its process ID is not reused before it is waited for.
+    /// Whether it has ended on its own. Its process ID is not reused before it is waited for.
     #[cfg(unix)]
     fn has_ended_itself(&mut self) -> bool {
         use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};

@@ -1,5 +1,5 @@
 //! The current activity of a process, in memory shared with the process that started it. Writing to it costs next to
-//! nothing, and it survives a crash.
+//! nothing, and its contents survive a crash.
 
 #![allow(unsafe_code)]
 
@@ -66,7 +66,7 @@ impl Witness {
         calls.store(calls.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
     }
 
-    /// Records that no member is being called: any further failure is this program's own.
+    /// Records that no member is being called: any later failure is this program's own.
     pub fn clear(&self) {
         self.words().member.store(0, Ordering::Relaxed);
     }
@@ -106,7 +106,7 @@ impl Witnessed {
     /// Creates an instance for a member.
     ///
     /// # Errors
-    /// An FMU refuses, with its name and messages.
+    /// An FMU refuses the call; the error contains its name and messages.
     pub fn instantiate(fmus: &Fmus, member: usize, witness: &Rc<Witness>) -> Result<Witnessed> {
         witness.call(member);
         Ok(Witnessed { instance: fmus.instantiate(member)?, member, witness: witness.clone() })

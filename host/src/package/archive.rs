@@ -50,7 +50,7 @@ pub struct Archive<R> {
 /// A file or folder in a ZIP file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Its path, with `/` between the parts and at the end of a folder's path.
+    /// Its path, with `/` between the parts, and at the end if it is a folder.
     pub name: String,
     /// Its unpacked size in bytes.
     pub size: u64,
@@ -284,7 +284,7 @@ fn accept(entry: &ZipFileEntry<'_>, name: String) -> Result<Entry> {
         "{name} is a link or a device; only files and folders are accepted"
     );
     ensure!(size <= MOST_BYTES, "{name} unpacks to {size} bytes; at most {MOST_BYTES} are accepted");
-    ensure!(!name.ends_with('/') || size == 0, "{name} is a folder with content");
+    ensure!(!name.ends_with('/') || size == 0, "{name} is a folder, but has content");
     Ok(Entry { name, size })
 }
 
@@ -341,7 +341,7 @@ pub fn write(files: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>> {
 
 fn pack(writer: &mut zip::ZipWriter<Cursor<Vec<u8>>>, name: &str, content: &[u8]) -> Result<()> {
     check_name(name)?;
-    // The highest level takes more than twice as long, to save half a percent of a library.
+    // The highest level takes more than twice as long, to save half a percent of a library's size.
     let (method, level) = match name.ends_with(".fmu") {
         true => (CompressionMethod::Stored, None),
         false => (CompressionMethod::Deflated, Some(6)),
@@ -561,7 +561,7 @@ mod tests {
         assert_eq!(refusal(&[encrypted]), "x is encrypted, which is not accepted");
         let bzip2 = Stored { method: 12, ..stored("x", b"1") };
         assert_eq!(refusal(&[bzip2]), "x is compressed with a method other than deflate, which FMI does not allow");
-        assert_eq!(refusal(&[stored("x/", b"1")]), "x/ is a folder with content");
+        assert_eq!(refusal(&[stored("x/", b"1")]), "x/ is a folder, but has content");
     }
 
     #[test]

@@ -68,10 +68,10 @@ impl Binary {
     /// Checks that it does not depend on a library that would have to be installed with it.
     ///
     /// # Errors
-    /// It does; the message names the first one.
+    /// It does; the message names the first such library.
     pub fn check_needed(&self) -> Result<()> {
         match self.needed.iter().find(|library| !is_everywhere(self.system, library)) {
-            Some(library) => Err(anyhow!("it needs {library}, which not every {} has", self.system)),
+            Some(library) => Err(anyhow!("it needs {library}, which not every {} system has", self.system)),
             None => Ok(()),
         }
     }
@@ -85,7 +85,7 @@ impl Binary {
             bail!("it needs glibc {own}; a portable library needs {glibc} or older");
         }
         match self.needed.iter().find(|library| library.starts_with("libgcc_s")) {
-            Some(library) => Err(anyhow!("it needs {library}, which not every Linux has")),
+            Some(library) => Err(anyhow!("it needs {library}, which not every Linux system has")),
             None => Ok(()),
         }
     }
@@ -276,7 +276,7 @@ mod tests {
         binary.glibc = Some("2.4".into());
         assert!(binary.check_portable("2.17").is_ok());
         binary.needed.push("libgcc_s.so.1".into());
-        assert_eq!(sentence(binary.check_portable("2.17")), "it needs libgcc_s.so.1, which not every Linux has");
+        assert_eq!(sentence(binary.check_portable("2.17")), "it needs libgcc_s.so.1, which not every Linux system has");
     }
 
     #[test]
@@ -300,7 +300,10 @@ mod tests {
             ("Linux", "libz.so.1"),
             ("macOS", "/usr/lib/libiconv.2.dylib"),
         ] {
-            assert_eq!(needed(system, library), Err(format!("it needs {library}, which not every {system} has")));
+            assert_eq!(
+                needed(system, library),
+                Err(format!("it needs {library}, which not every {system} system has"))
+            );
         }
     }
 

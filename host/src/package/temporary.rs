@@ -29,7 +29,7 @@ fn present_ones() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     PRESENT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes all temporary files and folders of this process, which is about to end and cannot create any afterwards.
+/// Removes all temporary files and folders of this process, which is about to end and can no longer create any.
 pub fn remove_all() {
     let present = present_ones();
     present.iter().for_each(|path| remove(path));
@@ -222,7 +222,7 @@ pub fn check_outputs<'a>(
         // On a case-insensitive file system, the actual name of the file.
         let file = file.canonicalize().unwrap_or(file);
         ensure!(!inputs.contains(&file), "{} is read by this command: write to another file", output.display());
-        ensure!(!seen.contains(&file), "{} is named for two outputs: name a file for each", output.display());
+        ensure!(!seen.contains(&file), "{} is given for two outputs: give each its own file", output.display());
         seen.push(file);
     }
     Ok(())
@@ -508,7 +508,7 @@ mod tests {
         let error = check(&[&written, &roundabout]).unwrap_err().to_string();
         assert!(error.ends_with("read.fmu is read by this command: write to another file"), "{error}");
         let error = check(&[&written, &folder.path().join("./written.csv")]).unwrap_err().to_string();
-        assert!(error.ends_with("written.csv is named for two outputs: name a file for each"), "{error}");
+        assert!(error.ends_with("written.csv is given for two outputs: give each its own file"), "{error}");
         check(&[&folder.path().join("missing/a.csv")]).unwrap();
     }
 

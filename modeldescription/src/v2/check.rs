@@ -16,7 +16,7 @@ use std::collections::{HashMap, HashSet};
 /// library have the same name, a C identifier; names, causality, variability and start values agree with the standard's
 /// tables; the model structure lists exactly the variables that belong there.
 ///
-/// If there are more than [`MOST_FINDINGS`] of a kind, the last sentence states the number of further ones.
+/// If there are more than [`MOST_FINDINGS`] of a kind, the last sentence states the number of the others.
 pub fn check(description: &ModelDescription) -> Findings {
     let (mut forbidden, mut departures, mut odd) = (Counted::default(), Counted::default(), Counted::default());
     contradictions(description, &mut |_, sentence| forbidden.push(sentence));
@@ -218,7 +218,7 @@ fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)
     if let Some(kinds) = &unknown.dependencies_kind {
         let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));
         if kinds != dependencies {
-            found(format!("dependenciesKind has {kinds} words for {dependencies} dependencies: give one for each"));
+            found(format!("dependenciesKind has {kinds} words for {dependencies} dependencies: it needs one for each"));
         }
     }
 }
@@ -267,7 +267,7 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
         && start.partial_cmp(&stop) != Some(std::cmp::Ordering::Less)
     {
-        odd.push(format!("DefaultExperiment: stopTime = {stop:?}: give a later time than startTime = {start:?}"));
+        odd.push(format!("DefaultExperiment: stopTime = {stop:?}: it must be later than startTime = {start:?}"));
     }
 }
 

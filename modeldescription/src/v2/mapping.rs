@@ -117,7 +117,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
         })),
         kind if kind.class() == Class::Integer => {
             if let Some(unit) = &row.unit {
-                return Err(format!("unit {unit:?}: an FMI Integer has no unit; put it in the description"));
+                return Err(format!("unit {unit:?}: an FMI Integer cannot have a unit; put it in the description"));
             }
             Ok(Typed::Integer(Integer {
                 attributes: IntegerAttributes {
@@ -131,7 +131,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
         }
         _ => {
             if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
-                return Err("a BOOL has neither unit nor range; remove them".into());
+                return Err("a BOOL cannot have a unit or a range; remove them".into());
             }
             let start = start.map(|start| start == Value::Bool(true));
             Ok(Typed::Boolean(Boolean { start, ..Boolean::default() }))

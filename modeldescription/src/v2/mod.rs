@@ -8,7 +8,7 @@
 //! ```
 //!
 //! [`ModelDescription`] is plain data. [`write()`] turns it into XML, always the same bytes; [`read()`] reads any model
-//! description of FMI 2.0, whichever tool generated it, and refuses damaged or hostile files with one sentence;
+//! description of FMI 2.0, whichever tool generated it, and rejects damaged or hostile files with one sentence;
 //! [`check()`] finds mistakes that a schema does not detect.
 
 mod check;

@@ -112,7 +112,9 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
         if let Some(kinds) = &unknown.dependencies_kind {
             let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));
             if kinds != dependencies {
-                about(format!("dependenciesKind has {kinds} words for {dependencies} dependencies: give one for each"));
+                about(format!(
+                    "dependenciesKind has {kinds} words for {dependencies} dependencies: it needs one for each"
+                ));
             }
         }
     }
@@ -166,11 +168,11 @@ fn check_dimensions(
                      parameter: correct it"
                 ));
             }
-            _ => return found("Dimension: give either start or valueReference".into()),
+            _ => return found("Dimension: it must have either start or valueReference".into()),
         }
         let of = size(dimension, sizes);
         if of == Some(0) {
-            return found("Dimension: the size is 0: an array has at least one element at the start".into());
+            return found("Dimension: the size is 0: an array must start with at least one element".into());
         }
         count = count.zip(of).and_then(|(all, of)| all.checked_mul(of));
     }
@@ -184,7 +186,7 @@ fn check_dimensions(
         && starts != 1
         && starts as u64 != count
     {
-        found(format!("start has {starts} values for {count} elements: give one value for each, or one for all"));
+        found(format!("start has {starts} values for {count} elements: it needs one for each, or one for all"));
     }
 }
 
@@ -257,7 +259,7 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     let is_time = |variable: &&Variable| variable.common.causality == Causality::Independent;
     match description.model_variables.iter().filter(is_time).count() {
         1 => {}
-        count => forbidden.push(format!("{count} variables are independent: exactly one must be: the time")),
+        count => forbidden.push(format!("{count} variables are independent: exactly one must be, the time")),
     }
     let texts = [("modelName", Some(name)), ("description", description.description.as_ref())];
     for (attribute, text) in texts {
@@ -283,7 +285,7 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
         && start.partial_cmp(&stop) != Some(std::cmp::Ordering::Less)
     {
-        odd.push(format!("DefaultExperiment: stopTime = {stop:?}: give a later time than startTime = {start:?}"));
+        odd.push(format!("DefaultExperiment: stopTime = {stop:?}: it must be later than startTime = {start:?}"));
     }
     if let Some(step) = description.co_simulation.as_ref().and_then(|own| own.fixed_internal_step_size)
         && !(step.is_finite() && step > 0.0)

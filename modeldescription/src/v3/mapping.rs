@@ -221,13 +221,13 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     }
     if kind.class() == Class::Boolean {
         if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
-            return Err("a BOOL has neither unit nor range; remove them".into());
+            return Err("a BOOL cannot have a unit or a range; remove them".into());
         }
         let start = rows.iter().map(|row| row.start == Value::Bool(true)).collect();
         return Ok(Typed::Boolean(Boolean { start: is_set.then_some(start) }));
     }
     if let Some(unit) = row.unit.as_deref().filter(|_| !matches!(kind, Kind::Time | Kind::LTime)) {
-        return Err(format!("unit {unit:?}: an FMI integer has no unit; put it in the description"));
+        return Err(format!("unit {unit:?}: an FMI integer cannot have a unit; put it in the description"));
     }
     let own = Integer {
         attributes: IntegerAttributes {

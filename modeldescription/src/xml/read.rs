@@ -57,7 +57,7 @@ fn text(bytes: &[u8], limits: Limits, schema: Schema) -> Result<&str, Error> {
     }
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let place = error.valid_up_to();
-        at_line(bytes, place, &format!("byte 0x{:02x} is not UTF-8: save the file in UTF-8", bytes[place]))
+        at_line(bytes, place, &format!("byte 0x{:02x} is not UTF-8: save the file as UTF-8", bytes[place]))
     })?;
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
@@ -281,7 +281,7 @@ impl<'a> Document<'a> {
             && !self.text.is_ascii()
         {
             let encoding = shortened(&encoding).into_owned();
-            return Err(self.refused(0, &format!("encoding = {encoding:?}: save the file in UTF-8")));
+            return Err(self.refused(0, &format!("encoding = {encoding:?}: save the file as UTF-8")));
         }
         Ok(())
     }
@@ -291,7 +291,7 @@ impl<'a> Document<'a> {
         let (name, what) = self.schema.root;
         match self.next()? {
             Piece::Tag(root) if root.name() == name => Ok(root),
-            Piece::Tag(root) => Err(root.refused(&format!("this is not a {what}: that begins with <{name}"))),
+            Piece::Tag(root) => Err(root.refused(&format!("this is not a {what}, which begins with <{name}"))),
             _ => Err(self.refused(0, &format!("this is not XML: a {what} begins with <{name}"))),
         }
     }

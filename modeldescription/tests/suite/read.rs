@@ -173,7 +173,7 @@ fn another_encoding_is_read_as_long_as_there_is_nothing_but_ascii() {
     assert_eq!(write(&parsed(&latin)), write(&parsed(FOREIGN)));
     let umlaut = latin.replace("water", "Wasserstände");
     let error = read(umlaut.as_bytes()).unwrap_err().to_string();
-    assert_eq!(error, "line 1: encoding = \"ISO-8859-1\": save the file in UTF-8");
+    assert_eq!(error, "line 1: encoding = \"ISO-8859-1\": save the file as UTF-8");
 }
 
 #[test]
@@ -209,11 +209,11 @@ fn what_is_no_model_description_of_fmi_2_0_is_refused() {
             "{nothing}"
         );
     }
-    assert_eq!(error(b"\xff\xfe<\0f\0"), "line 1: byte 0xff is not UTF-8: save the file in UTF-8");
-    assert_eq!(error(b"<a>\n\n\xc3</a>"), "line 3: byte 0xc3 is not UTF-8: save the file in UTF-8");
+    assert_eq!(error(b"\xff\xfe<\0f\0"), "line 1: byte 0xff is not UTF-8: save the file as UTF-8");
+    assert_eq!(error(b"<a>\n\n\xc3</a>"), "line 3: byte 0xc3 is not UTF-8: save the file as UTF-8");
     assert_eq!(
         error(b"\n<SystemStructureDescription/>"),
-        "line 2: SystemStructureDescription: this is not a model description: that begins with <fmiModelDescription"
+        "line 2: SystemStructureDescription: this is not a model description, which begins with <fmiModelDescription"
     );
     assert_refused(
         "fmiVersion=\"2.0\"",

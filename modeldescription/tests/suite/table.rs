@@ -267,7 +267,7 @@ fn an_unknown_unit_is_named_with_its_variable_and_the_known_ones() {
 fn a_unit_that_fmi_cannot_express_is_refused() {
     assert!(refused("INT", "input", "unit \"rpm\"").contains("an FMI Integer has no unit"));
     for given in ["unit \"1\"", "min 0.0", "max 1.0"] {
-        assert!(refused("BOOL", "input", given).contains("a BOOL has neither unit nor range"), "{given}");
+        assert!(refused("BOOL", "input", given).contains("a BOOL cannot have a unit or a range"), "{given}");
     }
     assert!(refused("TIME", "input", "unit \"min\"").contains("unit \"min\": a TIME is in seconds"));
     assert_eq!(real(&one("TIME", "input", "unit \"s\"")).attributes.unit.as_deref(), Some("s"));

@@ -179,7 +179,7 @@ fn what_contradicts_itself_is_refused_with_its_line() {
         (
             "<Dimension start=\"2\"/><Dimension",
             "<Dimension/><Dimension",
-            "Dimension: give either start or valueReference",
+            "Dimension: it must have either start or valueReference",
         ),
         (
             "start=\"1 2 3\"><Dimension valueReference=\"1\"/>",
