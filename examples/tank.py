@@ -33,7 +33,7 @@ from plcfmu import plot
 from plcfmu.figures import integral_error
 
 CYCLE = 1.0
-# TANK as it is, at 1 m with the drain half open.
+# TANK with its start values, at 1 m with the drain half open.
 LEVEL, AREA, FLOW_MAX, A_OUT, CD, DRAIN, G = 1.0, 0.2, 100.0 / 60000.0, 0.0004, 0.6, 0.5, 9.81
 OUTFLOW = CD * A_OUT * DRAIN * math.sqrt(2 * G * LEVEL)
 T = AREA * 2 * LEVEL / OUTFLOW

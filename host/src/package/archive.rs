@@ -365,7 +365,7 @@ mod tests {
     const LOCAL: usize = 30;
     const LOCAL_SIGNATURE: [u8; 4] = *b"PK\x03\x04";
 
-    /// A stored file as it stands in an archive, to be spoilt.
+    /// A stored file as it is in an archive, to be corrupted.
     #[derive(Clone)]
     struct Stored {
         name: Vec<u8>,
@@ -636,7 +636,7 @@ mod tests {
 
     #[test]
     fn entries_that_share_bytes_are_refused() {
-        // b stands inside the content of a, so that its bytes would be unpacked twice.
+        // b is inside the content of a, so its bytes would be unpacked twice.
         let b = archive(&[stored("b", b"1")]);
         let a = stored("a", &b[..LOCAL + 2]);
         let inside = Stored { header: Some(LOCAL as u32 + 1), ..stored("b", b"1") };
