@@ -141,7 +141,7 @@ def test_those_commands_are_named_that_run_code(command):
     """By SECURITY.md and --help, and no other."""
     runs = {name for name, calls in CALLS.items() if any(any(runs) for _, *runs in calls)} | {"mcp"}
     text = (pathlib.Path(__file__).parents[1] / "SECURITY.md").read_text()
-    paragraph = text.split("## What is not a fault\n")[1].split("No other command runs code of an FMU.")[0]
+    paragraph = text.split("## What is not a fault\n")[1].split("No other command runs an FMU's code.")[0]
     assert set(re.findall(r"`plcfmu ([a-z-]+)", paragraph)) == runs
     text = subprocess.run([command, "--help"], capture_output=True, text=True, check=True).stdout
     words = set(re.findall(r"[a-z-]+", text[text.index("Native code of FMUs runs"):]))

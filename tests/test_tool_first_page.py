@@ -118,4 +118,4 @@ def test_the_animation_of_the_front_page_shows_what_its_text_says(open_tool):
     assert "GAIN 0.7, TI 130" in second and "0.534 %" in second and "133 s" in second
     text = (test_tool_run.ROOT / "README.md").read_text("utf-8")
     (said,) = re.findall(r"!\[(.*)\]\(docs/tool/run.gif\)", text)
-    assert "GAIN 2 and TI 20 s it swings" in said and "0.7 and 130 s it settles after 133 s" in said
+    assert "GAIN 2 and TI 20 s it oscillates" in said and "0.7 and 130 s it settles after 133 s" in said
