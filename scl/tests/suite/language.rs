@@ -176,7 +176,7 @@ const DECIDED: &[(&str, &str)] = &[
     ("a real divided by 0.0", "#r := #one / #zero; #y := #r > 3.4E38 AND NOT (#zero / #zero = #zero / #zero);"),
     ("an integer divided by 0", "#y := 5 / #i = 0 AND 5 MOD #i = 0;"),
     ("denormal numbers", "#r := 1.0E-40; #y := #r > 0.0;"),
-    ("the bits of what is not a number", "#y := (REAL_TO_DWORD(#zero / #zero) AND DW#16#7FC0_0000) = DW#16#7FC0_0000;"),
+    ("the bits of NaN", "#y := (REAL_TO_DWORD(#zero / #zero) AND DW#16#7FC0_0000) = DW#16#7FC0_0000;"),
     ("SIN, EXP, LN, `**` ...", "#r := SIN(#one); #y := #r = 0.84147096;"),
     ("the clock of RD_SYS_T", "#i := RD_SYS_T(#now); #y := #now.YEAR = 2000 AND #now.MONTH = 1 AND #now.HOUR = 0;"),
     (
@@ -193,7 +193,7 @@ const DECIDED: &[(&str, &str)] = &[
         #y := #i = 0 AND #a[3] = 7 AND BLKMOV(SRCBLK := #pair, DSTBLK => #other) = 0;",
     ),
     (
-        "VAL_STRG of a number that is longer than SIZE",
+        "VAL_STRG of a number longer than SIZE",
         "#s := 'abc'; VAL_STRG(IN := 1000, SIZE := 3, PREC := 0, FORMAT := 0, P := 1, OUT => #s); #y := #s = 'abc';",
     ),
     (
@@ -204,7 +204,7 @@ const DECIDED: &[(&str, &str)] = &[
     ("`\"Tag\":P`", "\"Tag\":P := TRUE; #y := \"Tag\";"),
     ("PT = 0", "#timer(IN := TRUE, PT := T#0s); #any.TP(IN := TRUE, PT := T#0s); #y := #timer.Q AND NOT #any.Q;"),
     ("IEC check, *Set ENO automatically*", "#d := 70000; #i := #d; #y := #i = 4464 AND ENO;"),
-    ("temporaries that are read unwritten", "#y := #temp = 0;"),
+    ("temporaries read before they are written", "#y := #temp = 0;"),
     ("the type of an untyped constant: `3`, `2.5`", "#wide := 2147483647 + 1; #y := #wide = LINT#2147483648;"),
 ];
 
