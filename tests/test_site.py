@@ -224,4 +224,4 @@ def test_the_page_of_what_was_tested_has_each_promise_with_the_results_of_each_s
     assert len(rows) == len(re.findall(r"^\| (?!\*\*|promise)", readme, re.MULTILINE)) > 50
     results = {row[0]: row[2:] for row in rows}
     assert results["every block computes its law bit for bit, for any inputs and parameters"] == ["1 failed, 1,000 passed, 3 skipped", ""]
-    assert results["CONT_C and CONT_S repeat recordings made at the terminals of real blocks, bit for bit"] == ["10 passed", "10 passed"]
+    assert results["CONT_C and CONT_S reproduce recordings of the terminals of real blocks, bit for bit"] == ["10 passed", "10 passed"]
