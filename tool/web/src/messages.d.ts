@@ -1,4 +1,4 @@
-// Made of tool/src/request.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.
+// Generated from tool/src/request.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.
 
 /** Values by the variable's name. */
 export type Values = Record<string, Value>;
@@ -33,7 +33,7 @@ controller: Member,
 /** For each additional loop, the settings that differ from the first loop's, such as those of a rule. */
 others: Array<Values>, };
 
-/** A call of an instance. */
+/** A call to an instance. */
 export type Called = {
 /** The instance. */
 instance: string,
@@ -83,7 +83,7 @@ sweeps: Array<Sweep>, };
 
 /** The check of a block's settings. */
 export type Checked = {
-/** Sentences, with the settings that they name. */
+/** Sentences, each with the settings that it names. */
 remarks: Array<Remark>,
 /** The settings without effect in combination with the others, by name. */
 unused: Array<string>,
@@ -96,7 +96,7 @@ export type CodeBlock = {
 file: number,
 /** Its name. */
 name: string,
-/** Its first line, from 1. */
+/** Its first line (1-based). */
 line: number,
 /** The variables named in its lines, in source order. */
 names: Array<Named>,
@@ -108,7 +108,7 @@ writes: Array<Write>,
 temps: Array<[string, string]>,
 /** Its constants: name, and value as written. */
 constants: Array<[string, string]>,
-/** The declarations of its variables and constants: name, and line number, from 1. */
+/** The declarations of its variables and constants: name, and 1-based line number. */
 declared: Array<[string, number]>,
 /** Its networks in LAD and FBD. */
 networks: Array<Network>, };
@@ -117,7 +117,7 @@ networks: Array<Network>, };
 export type Compared = {
 /** The variable. */
 variable: string,
-/** The first call that differs, from 0, with its time in seconds. */
+/** The 0-based index of the first call that differs, with its time in seconds. */
 first: [number, number] | null,
 /** The number of calls that differ. */
 different: number,
@@ -139,7 +139,7 @@ computed: Array<number>, };
 
 /** The result of a translation. */
 export type Compiled = {
-/** The name in the catalogue under which the program runs; `None` if it was refused. */
+/** The name in the catalogue under which the program runs; `None` if it was rejected. */
 fmu: string | null,
 /** The block to run. */
 block: string,
@@ -149,7 +149,7 @@ problems: Array<Finding>,
 candidates: Array<string>,
 /** The time between two calls in seconds. */
 cycle: number,
-/** Where the cycle comes from. */
+/** The origin of the cycle. */
 cycle_from: string,
 /** The texts of the sources. */
 sources: Array<SourceText>,
@@ -161,7 +161,7 @@ declared: Array<[string, number, number]>,
 parts: Array<Instance>,
 /** A summary of the project's files and of missing parts: rows of a table. Empty for a single source. */
 survey: Array<[string, string]>,
-/** Possible assumptions about undeclared names; without them, the program is refused. */
+/** Possible assumptions about undeclared names; without them, the program is rejected. */
 assumptions: Array<Assumption>, };
 
 /** The conclusion from a recording about a block. */
@@ -184,9 +184,9 @@ is_exact: boolean, };
 
 /** The source of the recorded step. */
 export type Data = { "run": {
-/** The run; by default the present one. */
+/** The run; by default the current one. */
 run?: number | null,
-/** The beginning in seconds; by default shortly before the last step of the manipulated value. */
+/** The beginning in seconds; by default shortly before the last step in the manipulated value. */
 from?: number | null,
 /** The end in seconds; by default the last call. */
 to?: number | null, } } | { "csv": {
@@ -251,7 +251,7 @@ export type Element = {
 shape: "contact" | "compare" | "coil" | "box" | "junction",
 /** The sign inside it, or the title of its box. */
 sign: string,
-/** Its line number, from 1. */
+/** Its 1-based line number. */
 line: number,
 /** The text above it: its operand, its instance, or the label of a jump. */
 above: Operand | null,
@@ -273,7 +273,7 @@ is_foreign: boolean, };
 
 /** A value that was set while the loop ran. */
 export type Event = {
-/** The index of the call before which it was set, from 0. */
+/** The 0-based index of the call before which it was set. */
 call: number,
 /** The time of that call, in seconds. */
 time: number,
@@ -305,7 +305,7 @@ loops: Array<Loop>,
 /** The origin of the values, for a comment. */
 origin: string,
 /**
- * Whether the file contains the present stimuli: setpoint, manual value and the like. By default they have the
+ * Whether the file contains the current stimuli: setpoint, manual value and the like. By default they have the
  * value of their original file, or the block's start value.
  */
 stimuli: boolean, } | { "what": "source",
@@ -313,11 +313,11 @@ stimuli: boolean, } | { "what": "source",
 file: ReadFile,
 /** The loops of the file with changed values. */
 loops: Array<Loop>,
-/** Whether the file contains the present stimuli, as for a new parameter file. */
+/** Whether the file contains the current stimuli, as for a new parameter file. */
 stimuli: boolean, } | { "what": "description",
-/** The run; by default the present one. */
+/** The run; by default the current one. */
 run?: number | null, } | { "what": "csv",
-/** The run; by default the present one. */
+/** The run; by default the current one. */
 run?: number | null,
 /** The variables, by `MEMBER.VARIABLE`; by default all. */
 variables: Array<string>,
@@ -330,7 +330,7 @@ inputs: boolean, } | { "what": "report",
 of: Loop,
 /** The values before, to compare with; may be empty. */
 before: Array<LoopValue>,
-/** The run; by default the present one. */
+/** The run; by default the current one. */
 run?: number | null,
 /** A picture of the curves, an `<svg>` or a `data:` URL of a PNG; by default drawn by the engine. */
 picture?: string | null,
@@ -398,9 +398,9 @@ figures: Array<Figure>,
 /** The missing figures, and the reasons. */
 remarks: Array<string>, };
 
-/** The run, and the part of it to evaluate. */
+/** A run, and the part of it to evaluate. */
 export type FiguresRequest = {
-/** The run; by default the present one. */
+/** The run; by default the current one. */
 run?: number | null,
 /** The beginning in seconds; by default that of the last step. */
 from?: number | null,
@@ -415,7 +415,7 @@ travel_unit?: string | null, };
 export type Finding = {
 /** The source's name; empty if it concerns all of them. */
 file: string,
-/** The line and the column, from 1. */
+/** The 1-based line and column. */
 place: [number, number] | null,
 /** The number of characters concerned, in its first line. */
 length: number,
@@ -455,7 +455,7 @@ fields: Array<Field>, };
 export type Guard = {
 /** The kind of statement it belongs to. */
 of: "if" | "case" | "while" | "until",
-/** Its line number, from 1. */
+/** Its 1-based line number. */
 line: number,
 /** Its text. */
 text: string,
@@ -505,7 +505,7 @@ export type IdentifyRequest = {
 data: Data,
 /** The method. */
 method: Method,
-/** Whether the plant integrates. */
+/** Whether the plant is integrating. */
 is_integrating: boolean, };
 
 /** An input pin. */
@@ -532,7 +532,7 @@ export type KnownLoop = {
 name: string,
 /** Its title. */
 title: string,
-/** What is special about it, or empty. */
+/** Its special feature, or empty. */
 about: string,
 /** Its members and connections. */
 setup: Setup,
@@ -638,7 +638,7 @@ time_constant: number,
 second_time_constant: number,
 /** L in seconds. */
 dead_time: number,
-/** Whether the plant integrates. */
+/** Whether the plant is integrating. */
 is_integrating: boolean, };
 
 /**
@@ -650,7 +650,7 @@ export type Monitored = {
 temps: Values,
 /** Its STRINGs and WSTRINGs at the end of the call; a run has numbers only. */
 texts: { [key in string]: string },
-/** The executed lines: the index of the source, from 0, and the line. */
+/** The executed lines: the 0-based index of the source, and the line. */
 lines: Array<[number, number]>,
 /** The program's warnings since its start, with file and line. */
 warnings: Array<string>,
@@ -672,7 +672,7 @@ before: Value, };
 
 /** A variable named in a line. */
 export type Named = {
-/** The line number, from 1. */
+/** The 1-based line number. */
 line: number,
 /** The variable, as the FMU names it; an index may be the path of another variable. */
 path: string,
@@ -681,13 +681,13 @@ is_global: boolean, };
 
 /** A network. */
 export type Network = {
-/** Its number within the block, from 1. */
+/** Its number within the block, counted from 1. */
 number: number,
 /** Its title, possibly empty. */
 title: string,
 /** Its comment, possibly empty. */
 comment: string,
-/** Its first line number, from 1. */
+/** Its first line number (1-based). */
 line: number,
 /** The labels at its beginning. */
 labels: Array<string>,
@@ -750,7 +750,7 @@ export type Passed = {
 formal: string,
 /** The variable passed; `None` for a computed value. */
 path: string | null,
-/** The line, from 1. */
+/** The 1-based line number. */
 line: number, };
 
 /** A simulated loop. */
@@ -767,9 +767,12 @@ manipulated_value: Array<number>,
 overshoot: number | null,
 /** Its settling time in seconds. */
 settling: number | null,
-/** The total travel of the manipulated value from the step on. */
+/** The total travel of the manipulated value since the step. */
 travel: number | null,
-/** The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same rest. */
+/**
+ * The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same steady
+ * state.
+ */
 load: Load | null, };
 
 /** The files of a preset that replace the original's. */
@@ -794,7 +797,7 @@ files: { [key in string]: string }, };
 
 /** A problem or a remark at a place in a file. */
 export type Problem = {
-/** The line and the column, from 1, if it has a place. */
+/** The 1-based line and column, if it has a place. */
 place: [number, number] | null,
 /** The problem. */
 message: string,
@@ -840,15 +843,15 @@ export type Proposal = {
 connections: Array<Wire>,
 /** All other possible connections. */
 others: Array<Wire>,
-/** Settings that go with the proposed connections, by `MEMBER.VARIABLE`. */
+/** Settings for the proposed connections, by `MEMBER.VARIABLE`. */
 values: Values,
-/** The communication step that goes with them; by default the controller's cycle. */
+/** The communication step for them; by default the controller's cycle. */
 step: number | null,
 /** When values pass from output to input, in the known loop on which the proposal is based. */
 exchange: Exchange,
 /** Unconnected inputs that need a connection. */
 open: Array<Open>,
-/** Further remarks for the user, a sentence each. */
+/** Other remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
 /** The compensation of a three-step pulse former for heating and cooling of different strength. */
@@ -911,7 +914,7 @@ export type Remark = {
 variables: Array<string>,
 /** The sentence. */
 text: string,
-/** Whether the FMU will refuse the value. */
+/** Whether the FMU will reject the value. */
 is_error: boolean, };
 
 /** The recording to replay, and the block. */
@@ -988,7 +991,7 @@ file: string,
 text: string, } | { "do": "compile" } & Program | { "do": "monitor",
 /** Its name in the loop. */
 member: string,
-/** The call, from 0; by default the last one. For an earlier one, the run is repeated up to it. */
+/** The 0-based index of the call; by default the last one. For an earlier one, the run is repeated up to it. */
 call?: number | null,
 /** The block whose networks are displayed, and the path of its instance; empty for a function. */
 networks?: [string, string] | null,
@@ -1022,11 +1025,11 @@ until?: Until | null, } | { "do": "settle" } & Settle | { "do": "rest_at" } & Re
 members: Array<Member>,
 /** All connections. */
 connections: Array<[string, string]>, } | { "do": "view" } & View | { "do": "events",
-/** The run; by default the present one. */
+/** The run; by default the current one. */
 run?: number | null, } | { "do": "same_bits",
-/** The run to repeat; by default the present one. */
+/** The run to repeat; by default the current one. */
 run?: number | null, } | { "do": "same_test",
-/** The run whose test is repeated; by default the present one. */
+/** The run whose test is repeated; by default the current one. */
 run?: number | null,
 /**
  * The settings in force, by `MEMBER.VARIABLE`; others have their value at the end of that run. Stimuli are
@@ -1039,14 +1042,14 @@ values: Values,
 view: View,
 /** The window and the units of the figures; its `run` is ignored. */
 figures: FiguresRequest, } | { "do": "figures" } & FiguresRequest | { "do": "forecast",
-/** The run; by default the present one. */
+/** The run; by default the current one. */
 run?: number | null,
 /** The plant. */
 tuning: Tuning, } | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "in_force" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
 
-/** Automatic mode at rest at a setpoint, from which a step can begin. */
+/** Automatic mode, settled at a setpoint, from which a step can begin. */
 export type RestAt = {
 /** The setpoint, in its unit. */
 setpoint: number, };
@@ -1088,7 +1091,7 @@ settings: Array<string>,
 /** The parameters that are stimuli. */
 stimuli: Array<string>,
 /**
- * Further signals, as pairs of meaning and variable, such as `high stop`: LMNR_HS. Controller and plant use the
+ * Additional signals, as pairs of meaning and variable, such as `high stop`: LMNR_HS. Controller and plant use the
  * same meanings. A `fault` is an output that is TRUE while a plant has stopped, such as a tripped drive.
  */
 signals: Array<[string, string]>, };
@@ -1109,7 +1112,7 @@ refusal: string | null, };
 
 /** All rules with their predicted effects. */
 export type RulesTable = {
-/** The rules. */
+/** The rules, one per row. */
 rows: Array<RuleOutcome>,
 /** The reasons for missing metrics, a line for each. */
 missing: Array<string>, };
@@ -1122,21 +1125,21 @@ time: number,
 variable: string,
 /** The value; true is 1. `None` if another member replaced this one. */
 value: number | null,
-/** The value before, if it is known. */
+/** The previous value, if it is known. */
 before: number | null, };
 
-/** A run until the loop rests. */
+/** A run until the loop has settled. */
 export type Settle = {
 /** The maximum number of calls, at least one. */
 calls: number,
 /** The time from which the loop is watched, in seconds: when the user started the run. */
 from: number, };
 
-/** The result of a run until the loop is at rest. */
+/** The result of a run until the loop has settled. */
 export type Settled = {
 /** The state of the run. */
 state: State,
-/** Whether the loop is at rest. */
+/** Whether the loop has settled. */
 is_at_rest: boolean,
 /**
  * Whether it oscillates steadily instead, and would continue to. If neither, all calls were made, or the run has
@@ -1144,7 +1147,7 @@ is_at_rest: boolean,
  */
 swings: boolean, };
 
-/** The setup of a run: a controller first, then its plant and further members. */
+/** The setup of a run: a controller first, then its plant and any other members. */
 export type Setup = {
 /** The FMUs, in the order in which they are stepped. */
 members: Array<Member>,
@@ -1159,7 +1162,7 @@ exchange: Exchange, };
 export type Since = {
 /** The setting, with its values after and before the change. */
 change: Change,
-/** The likeliest first call with the new value, from 0, with its time in seconds. */
+/** The 0-based index of the likeliest first call with the new value, with its time in seconds. */
 at: [number, number],
 /** The earliest call that may have been the first with the new value. */
 earliest: [number, number],
@@ -1182,7 +1185,7 @@ text: string, };
 
 /** The state of a run. */
 export type State = {
-/** The number of the run, from 0. */
+/** The 0-based number of the run. */
 run: number,
 /** The number of calls made. */
 calls: number,
@@ -1199,35 +1202,35 @@ values: Values,
 after: Values | null,
 /** The forced values, by `MEMBER.VARIABLE`. */
 forced: Values,
-/** The reason why the run has ended: which FMU failed, and its messages. */
+/** Why the run has ended: which FMU failed, and its messages. */
 failure: string | null,
 /** Whether the last calls ended because their condition became true. */
 is_met: boolean,
 /** Remarks of the FMUs and the plan since the last answer, a sentence each. */
 remarks: Array<string>, };
 
-/** A step of the setpoint. */
+/** A setpoint step. */
 export type Step = {
 /** The setpoint before the step; by default that of the controller. */
 from?: number | null,
 /**
  * The size of the step, negative for a step down; by default, the step that finally moves the manipulated value by
- * 10 %, or initially if the plant integrates.
+ * 10 %, or initially if the plant is integrating.
  */
 size?: number | null,
 /** The manual value at which the plant rests before the step, in percent; by default 50. */
 manual?: number | null, };
 
-/** A step of the manual value. */
+/** A step in the manual value. */
 export type StepTest = {
 /**
- * The step of the manipulated value, in its unit; below 0 for down. If it exceeds a limit and the opposite step
+ * The step in the manipulated value, in its unit; negative for down. If it exceeds a limit and the opposite step
  * does not, the direction is reversed.
  */
 size: number,
 /** The method of identification. */
 method: Method,
-/** Whether the plant integrates. */
+/** Whether the plant is integrating. */
 is_integrating: boolean, };
 
 /** The result of a step test. */
@@ -1238,7 +1241,7 @@ state: State,
 from: number,
 /** The last call used for identification, in seconds: later ones restore the loop. */
 to: number,
-/** The time of the step of the manipulated value, in seconds. */
+/** The time of the step in the manipulated value, in seconds. */
 step: number,
 /** The model. */
 identified: Identified, };
@@ -1248,7 +1251,7 @@ export type Structure = "p" | "pi" | "pid";
 
 /** A change that was tried. */
 export type Suspect = {
-/** The changes from the start on. */
+/** The changes that apply from the start. */
 changes: Array<Change>,
 /** The change made during the recording, if any. */
 since: Since | null,
@@ -1300,7 +1303,7 @@ model: Model,
 rule: Rule,
 /** P, PI or PID. */
 structure: Structure,
-/** The controller with its present settings, of which CYCLE, the normalisation and the pulse former matter. */
+/** The controller with its current settings, of which CYCLE, the normalization and the pulse former matter. */
 controller: Member,
 /**
  * The closed-loop time constant in seconds, for the rules SIMC and lambda. By default, it is the dead time for
@@ -1364,7 +1367,7 @@ sensitivity?: number | null,
 gain_margin?: number | null,
 /** In degrees. */
 phase_margin?: number | null,
-/** The predicted step of the setpoint. */
+/** The predicted setpoint step. */
 step: Step,
 /** All compared rules with their predicted effects; the curves may be omitted except for both ends of the setpoint. */
 rows: Array<RuleOutcome>,
@@ -1408,7 +1411,7 @@ unit: string | null, };
 
 /** The curves to show. */
 export type View = {
-/** The run; by default the present one. */
+/** The run; by default the current one. */
 run?: number | null,
 /** The variables, by `MEMBER.VARIABLE`. */
 variables: Array<string>,
@@ -1442,7 +1445,7 @@ export type Write = {
 path: string,
 /** Whether the variable is global. */
 is_global: boolean,
-/** The line number, from 1, whose execution indicates that the write happened. */
+/** The 1-based line number whose execution indicates that the write happened. */
 line: number,
 /** The text of the statement. */
 text: string,
