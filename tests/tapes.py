@@ -1,7 +1,7 @@
 """The tapes of the blocks: `clauses.txt` in the folder of each, one case for each clause of its documentation.
 
 blocks/README.md says how to read one. A run is played call by call: on the law by blocks/tests/tapes.rs, on the FMU and on
-the second text of the law by test_tapes.py.
+the second version of the law by test_tapes.py.
 """
 
 import dataclasses

@@ -43,7 +43,7 @@ HEADERS = c_builds.HEADERS
 PREFIXING = ROOT / "fmu/src/v2/c"
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror"]
 SUITES = ["test_conformance.py", "test_fmu_state.py", "test_time.py", "test_restart_values.py"]
-# What is there of blocks only: their recordings, their clauses, and random runs against the second text of their laws.
+# What is there of blocks only: their recordings, their clauses, and random runs against the second version of their laws.
 SUITES_OF_BLOCKS = [*SUITES, "test_traces.py", "test_tapes.py", "test_random.py"]
 BLOCKS = [name for name in host.names() if c_builds.sources(host.FOLDER / f"{name}.fmu")]
 

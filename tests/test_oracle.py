@@ -1,4 +1,4 @@
-"""The second text of the laws, held to the recordings in `traces/`, to the last bit; its machine and its interface.
+"""The second version of the laws, held to the recordings in `traces/`, to the last bit; its machine and its interface.
 
 `oracle.py` judges the library, so something must judge `oracle.py`. Its laws are held to numbers that can be checked by
 hand in `test_tapes.py`.

@@ -191,7 +191,7 @@ def test_a_block_of_a_vendor_is_made_as_the_readme_of_blocks_says(clone, command
     for arguments in ([], ["--fmi", "3", "--out", str(newer)]):
         packed = clone.pack("SUMP", *arguments)
         assert packed.returncode == 0, packed.stderr
-    # The tape on the FMU and on the second text, and random runs of both.
+    # The tape on the FMU and on the second version, and random runs of both.
     tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "SUMP", "test_tapes.py", "test_random.py"]
     # The command is that of this folder: building it once more would take minutes.
     variables = {**os.environ, "PLCFMU_FMUS": str(clone.fmus), "PLCFMU_FMI3": str(newer), "PLCFMU_COMMAND": command}

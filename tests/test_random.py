@@ -1,4 +1,4 @@
-"""Random runs of every controller against oracle.py, the second text of the laws, bit for bit.
+"""Random runs of every controller against oracle.py, the second version of the laws, bit for bit.
 
 PLCFMU_RANDOM is a factor on the 20 runs of each block. A run has CALLS calls; its seed stands in the
 test's name: `pytest "test_random.py::test_a_random_run_equals_the_second_text_of_the_law[CONT_C-7]"`

@@ -1,4 +1,4 @@
-"""The tapes of the blocks, one run for each case of `clauses.txt`, on the packed FMU and on the second text of the law."""
+"""The tapes of the blocks, one run for each case of `clauses.txt`, on the packed FMU and on the second version of the law."""
 
 import pytest
 
@@ -48,7 +48,7 @@ class OnFmu:
 
 
 class OnOracle:
-    """Plays a run on the second text of a law."""
+    """Plays a run on the second version of a law."""
 
     def __init__(self, block):
         self.block = block

@@ -136,7 +136,7 @@ def test_a_run_with_a_step_test_replays_from_its_curves_and_another_gain_is_name
     verdict.get_by_text("equal from the first cycle onward, bit for bit").wait_for()
     # The run had this GAIN in all of its calls: another one would be the same.
     tool.get_by_role("button", name="Run again with these values").wait_for(state="hidden")
-    # What the report concludes is what the second text of the block does with the recording.
+    # What the report concludes is what the second version of the block does with the recording.
     _, report = saved(tool, "Report (HTML)")
     told = report.decode().split("<h2>Replay</h2>")[1].split("<h2>")[0]
     assert re.search(r"step_test\.csv, replayed with GAIN 2,.*The recording fits GAIN 0\.7 instead of 2\.</strong>.*replayed with GAIN 0\.7,.*<strong>PV, LMN are equal", told, re.S)

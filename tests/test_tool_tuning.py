@@ -250,7 +250,7 @@ FIGURES = {"Rise time": "rise", "Settling time": "settling", "IAE": "iae", "ISE"
 
 def assert_report_of_the_step(page):
     """Predicted and measured figures of the last step, computed a second time: those measured from the recording, those predicted with the
-    second text of CONT_C and the model's step response."""
+    second version of CONT_C and the model's step response."""
     model = page.evaluate("async () => (await moduleOf('tool/tune.js')).tuning().model")
     _, table = saved(page, "CSV of everything")
     _, report = saved(page, "Report (HTML)")

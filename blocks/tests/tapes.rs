@@ -1,5 +1,5 @@
 //! The tapes of each block, `clauses.txt` in its folder, played on the law. blocks/README.md says how to read them;
-//! tests/tapes.py plays them on the FMU and on the second text of the law.
+//! tests/tapes.py plays them on the FMU and on the second version of the law.
 
 #![allow(clippy::unwrap_used)]
 

@@ -425,7 +425,7 @@ impl Controller {
             ));
         }
         let series_ti = ((ti + self.lag) + discriminant.sqrt()) / 2.0;
-        // Uses the equation for TD, because TI - Ti would lose the digits of a much shorter Td.
+        // Use the equation for TD, because TI - Ti would lose the digits of a much shorter Td.
         let series_td = ti * td / (series_ti - self.lag);
         Ok((gain * series_ti / ti, Some(series_ti), Some(series_td)))
     }

@@ -119,7 +119,8 @@ pub fn read<S: TableText>(
     let expected = fingerprint::text(hash);
     if identity.value.map(CStr::to_bytes) != Some(&expected[..]) {
         let expected = String::from_utf8_lossy(&expected);
-        let why = format!("the start values are those of {preset:?} {expected}: they were changed or replaced");
+        let why =
+            format!("the start values have the identifier {expected} ({preset:?}): the file was changed or replaced");
         return Err(refused(why).into());
     }
     Ok((form, hash, start.settings(table).map_err(damaged)?))

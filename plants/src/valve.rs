@@ -803,7 +803,7 @@ mod tests {
         assert_close(valve.temp, 100.0 + (at_30_s - 100.0) * (-70.0_f64 / 20.0).exp(), 1e-10);
         assert!(valve.lmnr_hs);
 
-        // A steep characteristic behind slow lags: the whole stroke in one call.
+        // A steep characteristic followed by a slow lag: the whole stroke in one call.
         let valve =
             Valve { up: true, cycle: Time::ms(30_000), curve: 50.0, hx_tm: 300.0, sens_tm: 0.0, ..Valve::default() };
         let mut valve = started(valve);

@@ -376,7 +376,7 @@ pub fn curves(
     }
     let window = shown_window.filter(|(from, to)| Some(from) != times.first() || Some(to) != times.last());
     let over = window.map(|_| "time in s; the figures refer to the unshaded part".to_string());
-    // Uses `time_label` rather than `over`, which would draw straight lines instead of stairs.
+    // Use `time_label` rather than `over`, which would draw straight lines instead of stairs.
     let chart = Chart { title, time: times.to_vec(), time_label: over, panels, lanes, window, ..Chart::default() };
     plot::svg(&chart).context("the curves cannot be drawn").map(Some)
 }

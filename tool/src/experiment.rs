@@ -281,7 +281,7 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
     let size = request.size;
     let size = if !bench.is_within(size)? && bench.is_within(-size)? { -size } else { size };
     if bench.has_pulses() {
-        // Takes up the backlash of the actuator before its travel counts.
+        // Take up the actuator's backlash before its travel counts.
         bench.put(TAKEN_UP * size)?;
     }
     if request.is_integrating {

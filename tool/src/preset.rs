@@ -146,7 +146,7 @@ impl Original<'_> {
         {
             let cycle = f64::from(cycle.milliseconds());
             ensure!(cycle >= 1.0, "the time between two calls is {} s: it must be at least 0.001 s", cycle / 1000.0);
-            // Keeps the number of calls.
+            // Keep the number of calls.
             if let (Some(stop), Some(step)) = (experiment.stop_time, experiment.step_size) {
                 experiment.stop_time = Some((stop / step).round() * cycle / 1000.0);
             }

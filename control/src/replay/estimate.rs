@@ -270,7 +270,7 @@ impl<'a> Search<'a> {
         let middle = if self.has_numbers() {
             crate::identify::golden_section(place(low), place(high), DIVISIONS, |place| at(value(place)))
         } else {
-            // The number of pulses is a step function: uses two grids, the second around the best point of the first.
+            // The number of pulses is a step function: use two grids, the second around the best point of the first.
             let mut interval = (place(low), place(high));
             for _ in 0..2 {
                 let width = (interval.1 - interval.0) / POINTS as f64;
@@ -421,7 +421,7 @@ impl<'a> Search<'a> {
             if own == 0.0 || end != own + sign * WIDTHS[0] * own.abs() {
                 return end;
             }
-            // If a value that differs by half still fits, there may be no bound at all: tries more distant values.
+            // If a value 50 % away still fits, there may be no bound at all: try values farther out.
             let factors = FAR.map(|factor| if (sign > 0.0) == (own > 0.0) { factor } else { 1.0 / factor });
             factors.into_iter().map(|factor| own * factor).take_while(|value| fits(*value)).last().unwrap_or(end)
         };

@@ -224,7 +224,7 @@ impl<'a> Block<'a> {
             if is_called {
                 let context = || format!("line {} of the recording", recording.lines[row]);
                 if row > 0 && variant.doubled.contains(&row) {
-                    // The values between the rows were not recorded: measured ones are interpolated.
+                    // Nothing was recorded between the rows: interpolate the measured inputs.
                     for &(number, of) in written.iter().filter(|(_, of)| of.is_measured) {
                         let share = jitter.map_or(0.5, |seed| 0.5 + 0.5 * sign(seed, row, number));
                         let (before, after) = (input(number, row - 1), input(number, row));

@@ -180,7 +180,7 @@ impl Law for TwoPoint {
     }];
 
     fn restart(&mut self) {
-        // Sets all outputs and the memory to 0 and FALSE.
+        // Set all outputs and the memory to 0 and FALSE.
         self.clear();
     }
 

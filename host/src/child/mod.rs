@@ -404,7 +404,7 @@ mod tests {
     fn a_process_that_is_ended_since_its_output_makes_no_sense_has_not_crashed() {
         let folder = tempfile::tempdir().unwrap();
         let program = folder.path().join("disturbed");
-        // A length that no message has; the process then continues.
+        // The text decodes to an impossible message length; the script keeps running.
         std::fs::write(&program, "#!/bin/sh\nprintf 'what an FMU has printed'\nread request\n").unwrap();
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
         let starter = Starter { program, limit: Duration::from_secs(60), interrupted: Arc::default() };

@@ -107,7 +107,7 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
         let mut about = |sentence: String| found(None, format!("{list}: valueReference = {reference}: {sentence}"));
         let mut all = unknown.dependencies.iter().flatten().chain([&reference]);
         if let Some(missing) = all.find(|one| !references.contains_key(one)) {
-            about(format!("no variable has the value reference {missing}: correct it"));
+            about(format!("no variable has the value reference {missing}: add the variable, or remove the reference"));
         }
         if let Some(kinds) = &unknown.dependencies_kind {
             let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));

@@ -110,7 +110,7 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
         }
     }
     if !given.is_empty() && crates != 1 {
-        bail!("--library belongs to one FMU, but {crates} would be packed: name one, such as 'PUMP'");
+        bail!("--library applies to one FMU, but {crates} would be packed: name one, such as 'PUMP'");
     }
     let mut folders = options.platforms.clone();
     if folders.is_empty() && !given.contains_key(host.folder) {
@@ -508,7 +508,7 @@ mod tests {
         assert_eq!(refusal(&[], &[&given, &given], 1), twice);
         assert_eq!(
             refusal(&[], &[&given], 2),
-            "--library belongs to one FMU, but 2 would be packed: name one, such as 'PUMP'"
+            "--library applies to one FMU, but 2 would be packed: name one, such as 'PUMP'"
         );
         assert_eq!(refusal(&[], &["pump.so"], 1), "write PLATFORM=FILE, such as win64=pump.dll");
         assert!(refusal(&[], &["win128=pump.so"], 1).starts_with("available: linux64, "));

@@ -380,7 +380,7 @@ async fn presence(
         if let Ok(stream) = upgraded.await {
             let _ = TokioIo::new(stream).read_u8().await;
         }
-        // Waits second by second: if the clock keeps running while the machine sleeps (Windows), only one second
+        // Wait second by second: if the clock keeps running while the machine sleeps (Windows), only one second
         // elapses.
         for _ in 0..GRACE {
             sleep(Duration::from_secs(1)).await;

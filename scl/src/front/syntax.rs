@@ -373,7 +373,7 @@ pub enum TypeKind {
     Text {
         /// Whether its characters are 16 bits wide.
         is_wide: bool,
-        /// The number of characters, if written.
+        /// The declared maximum number of characters.
         length: Option<ExpressionId>,
     },
     /// The bounds of each dimension (`None` for `*`), and the element type.

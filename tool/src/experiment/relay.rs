@@ -164,7 +164,7 @@ fn wave(bench: &mut Bench, amplitude: f64, period: usize, noise: f64, sign: f64)
         }
         Ok(())
     };
-    // Waits long enough for a dead time of many periods to pass, too.
+    // Wait long enough for a dead time of many periods to pass, too.
     drive(bench, PASSED.max(FIRST.div_ceil(period)))?;
     let from = bench.next_time()?;
     drive(bench, *MEASURED.start())?;

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// A step that covers a smaller part of the run is also drawn separately.
+/// A step that covers less than this fraction of the run also gets its own chart.
 const SMALL: f64 = 0.5;
 
 /// The metrics by which a prediction is judged, and the allowed deviation of the run: a fraction of the larger value;
