@@ -323,16 +323,16 @@ fn read_otherwise(
     if !manual.is_empty() {
         let (base, suspects) = explained(&Comparison::new(block, &reading.recording, tolerance), true)?;
         if base.different() == 0 || suspects.iter().any(is_near) {
-            let told = in_manual(block, &reading.recording, &manual);
+            let constant = constant_from(block, &reading.recording, &manual);
             // A limit that was changed during the recording looks like manual mode while it is active.
             let is_like_limit = manual.iter().any(|(from, _)| reading.recording.stays_on_one_side(block, *from));
             let as_manual = Reading { base, suspects, ..reading };
             if is_like_limit && let Some(mut by_hand) = by_hand(block, csv, request, f64::INFINITY)? {
                 by_hand.suspects.iter_mut().for_each(|suspect| suspect.is_sure = false);
-                remarks.push(format!("{told} This also explains the recording."));
+                remarks.push(format!("{constant}: manual mode there would also explain the recording."));
                 return Ok(by_hand);
             }
-            remarks.push(told);
+            remarks.push(format!("{constant}: the controller is assumed to be in manual mode there."));
             return Ok(as_manual);
         }
         reading.recording.inputs.truncate(inputs);
@@ -501,12 +501,12 @@ fn unknown_stops(block: &Block, recording: &Recording) -> Option<String> {
     })
 }
 
-/// Returns the remark that the controller is assumed to have been in manual mode at these times.
-fn in_manual(block: &Block, recording: &Recording, times: &[(f64, f64)]) -> String {
+/// Returns the beginning of a remark: the manipulated value, and the times at which it is constant.
+fn constant_from(block: &Block, recording: &Recording, times: &[(f64, f64)]) -> String {
     let output = block.manipulated(recording).map_or("", |output| recording.outputs[output].name.as_str());
     let times: Vec<String> = times.iter().map(|(from, to)| format!("{} s to {} s", short(*from), short(*to))).collect();
     let times = times.join(", ");
-    format!("{output} is constant from {times}: the controller is assumed to be in manual mode there.")
+    format!("{output} is constant from {times}")
 }
 
 /// Returns an output to draw: all rows, or of each group of rows the first difference or the row with the largest one.

@@ -170,8 +170,8 @@ impl Measures {
         }
         if measures.figures.is_empty() {
             bail!(
-                "no figure: name the loop's signals ([signals] with setpoint = \"FMU.VARIABLE\" and process_value = \
-                 \"FMU.VARIABLE\"), or single variables ([[values]] with variable = \"FMU.VARIABLE\", take = [\"max\"])"
+                "the study has no figures: specify the loop's signals ([signals] with setpoint = \"FMU.VARIABLE\" and process_value = \
+                 \"FMU.VARIABLE\"), or individual variables ([[values]] with variable = \"FMU.VARIABLE\", take = [\"max\"])"
             );
         }
         measures.columns = columns.columns;

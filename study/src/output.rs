@@ -23,7 +23,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The number of rows in a row group of Parquet.
+/// The number of rows in a Parquet row group.
 const ROW_GROUP: u64 = 1 << 17;
 
 /// The number of CSV lines written from one piece of each column.

@@ -83,7 +83,7 @@ pub fn main_figure(job: &Job, figures: &[Quantity]) -> Result<Option<usize>> {
     bail_at!("main", "main = {main:?}: the study has no such figure; {}", instead(main, figures))
 }
 
-/// The runs whose curves a report shows, without duplicates: the worst, the middle and the best.
+/// The runs whose curves a report shows, without duplicates: the worst, the median and the best.
 pub fn curves_wanted(summary: &Summary, main: Option<usize>) -> Vec<u64> {
     let mut wanted = Vec::new();
     for (_, run) in main.map(|main| chosen(&summary.figures[main])).unwrap_or_default() {

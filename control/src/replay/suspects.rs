@@ -355,8 +355,8 @@ impl Diagnosis<'_> {
         found
     }
 
-    /// Whether the recording determines the values of the explanation that fits and distinguishes them from other
-    /// settings. Adds the alternatives.
+    /// Adds to each explanation that fits the range of its values, and the settings that would explain the recording
+    /// equally well. Returns whether each value is determined and no alternative remains.
     fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
         let (search, block) = (&self.search, self.comparison.block);
         let name = |row: &usize| block.table.rows[*row].name.clone();

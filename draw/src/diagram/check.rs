@@ -56,7 +56,10 @@ impl<'a> Checked<'a> {
                 return Err((element.line, what));
             };
             if let Some((_, other)) = terminals[..place].iter().find(|(other, _)| other == name) {
-                return Err((element.line, format!("shows {name}, like line {}: remove one of them", other.line)));
+                return Err((
+                    element.line,
+                    format!("shows {name}, which line {} already shows: remove one of them", other.line),
+                ));
             }
             let is_output = matches!(row.role, Role::Output | Role::Local);
             if is_output != matches!(element.shape, Shape::Output) {
@@ -115,7 +118,7 @@ impl<'a> Checked<'a> {
                 let (line, x) = (first.line, first.at.x / GRID);
                 return Err((
                     element.line,
-                    format!("is controlled by {variable}, like the switch in line {line}: place it at x = {x}, too"),
+                    format!("is controlled by {variable}, like the switch on line {line}: place it at x = {x}, too"),
                 ));
             }
         }
@@ -129,7 +132,7 @@ impl<'a> Checked<'a> {
             for other in &elements[..place] {
                 let areas = element.areas();
                 if areas.iter().any(|area| other.areas().iter().any(|covered| area.overlaps(covered))) {
-                    let what = format!("overlaps {} in line {}: move one of them", called(other), other.line);
+                    let what = format!("overlaps {} on line {}: move one of them", called(other), other.line);
                     return Err((element.line, what));
                 }
             }
@@ -145,7 +148,7 @@ impl<'a> Checked<'a> {
                 let covered = |area: &Area| wire.points.windows(2).any(|ends| area.overlaps(&line(ends[0], ends[1])));
                 if element.areas().iter().any(covered) {
                     let what =
-                        format!("passes through {} in line {}: add corners around it", called(element), element.line);
+                        format!("passes through {} on line {}: add corners around it", called(element), element.line);
                     return Err((wire.line, what));
                 }
             }
@@ -153,7 +156,7 @@ impl<'a> Checked<'a> {
                 let touched = other.points.iter().find(|corner| passes(&wire.points, **corner));
                 if let Some(Point { x, y }) = touched {
                     let (line, x, y) = (other.line, x / GRID, y / GRID);
-                    return Err((wire.line, format!("touches the wire in line {line} at {x},{y}: move one of them")));
+                    return Err((wire.line, format!("touches the wire on line {line} at {x},{y}: move one of them")));
                 }
             }
         }

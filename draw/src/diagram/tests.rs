@@ -255,7 +255,7 @@ fn a_diagram_that_does_not_fit_its_table_is_refused() {
         (
             "box GAIN 20,5 multiply with GAIN",
             "box GAIN 20,5 multiply with GAIN CYCLE",
-            "shows CYCLE, like line 6: remove one",
+            "shows CYCLE, which line 6 already shows: remove one",
         ),
         (
             "box GAIN 20,5 multiply with GAIN",
@@ -263,9 +263,9 @@ fn a_diagram_that_does_not_fit_its_table_is_refused() {
             "shows LMN, which is output in the table",
         ),
         ("RUN > RUNS", "", "`output RUNS 58,20`, has no wire: add one"),
-        ("text 15,4 \"e\"", "text 20,5 \"e\"", "`text 20,5 \"e\"`, overlaps GAIN in line 6: move one of them"),
-        ("FLOW > DIFF.bottom", "FLOW > x20 > y7 > DIFF.bottom", "passes through GAIN in line 6: add corners around it"),
-        ("FLOW > DIFF.bottom", "FLOW > x10 > y5 > DIFF.bottom", "touches the wire in line 15 at 10,5"),
+        ("text 15,4 \"e\"", "text 20,5 \"e\"", "`text 20,5 \"e\"`, overlaps GAIN on line 6: move one of them"),
+        ("FLOW > DIFF.bottom", "FLOW > x20 > y7 > DIFF.bottom", "passes through GAIN on line 6: add corners around it"),
+        ("FLOW > DIFF.bottom", "FLOW > x10 > y5 > DIFF.bottom", "touches the wire on line 15 at 10,5"),
     ] {
         let refusal = refusal(line, other);
         assert!(refusal.contains(expected), "{refusal}");

@@ -144,7 +144,7 @@ impl Diagram {
         let at = self.meet(element, place.unwrap_or(Place::Side(Side::Right, 0.0)))?;
         if let Some(other) = self.wires.iter().find(|wire| wire.points[0] == at) {
             bail!(
-                "begins where the wire in line {} begins: let it branch off that wire, as in {},{} > ...",
+                "begins where the wire on line {} begins: let it branch off that wire, as in {},{} > ...",
                 other.line,
                 at.x / GRID + 1.0,
                 at.y / GRID

@@ -244,7 +244,7 @@ mod tests {
         update(&path).unwrap();
         assert_eq!(different_source(&path), None);
         assert!(!path.join("plcfmu/blocks/src/old.rs").exists());
-        assert!(update(folder.path()).unwrap_err().to_string().contains("only a crate made by 'plcfmu new' has"));
+        assert!(update(folder.path()).unwrap_err().to_string().contains("only a crate created by 'plcfmu new' has"));
     }
 
     #[test]

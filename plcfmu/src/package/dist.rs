@@ -423,7 +423,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         assert!(check_replaceable(&folder.path().join("dist")).is_ok());
         let error = check_replaceable(folder.path()).unwrap_err().to_string();
-        assert!(error.ends_with("was not made by this command: choose another folder with --out"), "{error}");
+        assert!(error.ends_with("was not created by this command: choose another folder with --out"), "{error}");
         fs::write(folder.path().join(SUMS), "").unwrap();
         assert!(check_replaceable(folder.path()).is_ok());
     }

@@ -308,7 +308,7 @@ mod tests {
         assert!(changed.contains("has the start values of \"P_1\" {"), "{changed}");
         let declared = errors(&|files| replace(files, DESCRIPTION, "start=\"0.02\"", "start=\"0.03\""));
         assert!(declared.ends_with(
-            "CYCLE is 0.02 in resources/start.txt and 0.03 in modelDescription.xml: one of them was changed"
+            "CYCLE is 0.02 in resources/start.txt, but 0.03 in modelDescription.xml: one of them was changed"
         ));
         let missing = errors(&|files| drop(files.remove("resources/start.txt")));
         assert!(missing.ends_with("or the start values are missing"), "{missing}");

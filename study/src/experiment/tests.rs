@@ -740,7 +740,7 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
         Experiment::new(job, &descriptions.each_ref().map(|description| &**description), None)
     };
     let message = |job: &Job| format!("{:#}", none(job).unwrap_err());
-    assert!(message(&job).starts_with("no figure: name the loop's signals"), "{}", message(&job));
+    assert!(message(&job).starts_with("the study has no figures: specify the loop's signals"), "{}", message(&job));
     job.study.values = vec![Taken { variable: "P.TEMP".into(), take: vec![Take::Max] }];
     let experiment = none(&job).unwrap();
     assert_eq!(experiment.figures.len(), 1);

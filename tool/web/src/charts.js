@@ -135,8 +135,8 @@ export function numberings(from, to, most) {
 }
 
 /**
- * Scales a second axis so that its round numbers coincide with grid lines of the first and its curves have as much room
- * as possible. Returns its lowest and highest value, its numbers and those of the first axis.
+ * Scales a second axis so that its ticks fall on grid lines of the first and its curves get as much room as possible.
+ * Returns the ends of the axis, its ticks and the ticks of the first axis.
  *
  * @param {number[][]} of the sets of numbers that the first axis may show
  * @param {[number, number]} edges of the first axis
