@@ -134,7 +134,7 @@ def found(page, words):
         ("tm_lag", "fmu/CONT_C/documentation/index.html#TM_LAG"),
         ("anti-windup", "fmu/CONT_C/documentation/index.html"),
         ("scaling", "fmu/CONT_C/documentation/index.html#PV_FAC"),
-        ("normalise", "fmu/CONT_C/documentation/index.html#PV_FAC"),
+        ("normalize", "fmu/CONT_C/documentation/index.html#PV_FAC"),
         ("TI = 0", "fmu/CONT_C/documentation/index.html#TI"),
         ("SCL", "docs/scl.html"),
         ("C sources", "docs/c_sources.html"),

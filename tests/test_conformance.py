@@ -446,7 +446,7 @@ def test_integers_and_booleans_are_reals_for_a_host_that_knows_no_other_type(fmu
         refused(instance, "fmi2SetReal", reference, 1, (c_double * 1)(0.5), saying=[f"{name} = 0.5: "])
         assert instance[name] == 1
     # It is said once.
-    count = [message.text for message in instance.advice if "counts as a Real" in message.text]
+    count = [message.text for message in instance.advice if "is accessed as a Real" in message.text]
     assert len(count) == (1 if {fmu.variables[name].type for name in names} - {"Real"} else 0)
 
 

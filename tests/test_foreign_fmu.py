@@ -144,7 +144,7 @@ def test_those_commands_are_named_that_run_code(command):
     paragraph = text.split("## What is not a fault\n")[1].split("No other command runs an FMU's code.")[0]
     assert set(re.findall(r"`plcfmu ([a-z-]+)", paragraph)) == runs
     text = subprocess.run([command, "--help"], capture_output=True, text=True, check=True).stdout
-    words = set(re.findall(r"[a-z-]+", text[text.index("Native code of FMUs runs"):]))
+    words = set(re.findall(r"[a-z-]+", text[text.index("Native FMU code runs"):]))
     assert words & set(CALLS) == runs
 
 

@@ -198,7 +198,7 @@ def test_no_file_beside_another_leads_out_of_the_folder(client):
 @pytest.mark.parametrize(
     ("tool", "arguments", "expected"),
     [
-        ("check", {"file": "motor.scl"}, 'check has no argument "file"; available: files,  '),
+        ("check", {"file": "motor.scl"}, 'check has no argument "file"; available: files, cycle, '),
         ("check", {}, "check needs files"),
         ("check", {"files": [{}]}, "files: [{}]: expected a value or a list of values"),
         # No option is smuggled in, and no crate built.

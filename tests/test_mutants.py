@@ -93,7 +93,7 @@ MUTANTS = {
     "a start value that the library does not have": (variable("GAIN", 'start="2.0"', 'start="9.0"'), "GAIN"),
     "an output with the value reference of an input": (
         variable("LMN_I", 'Reference="31"', 'Reference="10"'),
-        'that of "PV_IN" too',
+        'valueReference = 10 is also used by "PV_IN"',
     ),
     "an unknown that does not exist": (replaced(UNKNOWN, r'\1<Unknown index="14"/>'), "does not belong here"),
 }
@@ -143,7 +143,7 @@ PRESETS = {
     "the GUID of the original": (other_guid, "start.txt has the start values of"),
     "a start value of the description": (
         lambda files, _: variable("GAIN", 'start="1.5"', 'start="3.5"')(files),
-        "GAIN is 1.5 in resources/start.txt and 3.5",
+        "GAIN is 1.5 in resources/start.txt, but 3.5",
     ),
     "a start value of the file": (
         lambda files, _: files.update({START: files[START].replace(b"GAIN = 1.5", b"GAIN = 3.5")}),

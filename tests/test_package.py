@@ -120,7 +120,7 @@ def test_a_linux_library_needs_only_what_every_linux_has(fmu):
 def test_a_library_has_no_path_of_the_machine_that_built_it(fmu):
     for library in libraries(fmu):
         content = library.read_bytes()
-        for path in (rb"/home/", rb"/root/", rb"/Users/", rb"/tmp/", rb"C:\Users", rb"/target/release"):
+        for path in (rb"/home/", rb"/root/", rb"/Users/", rb"/tmp/", rb"C:\Users", rb"/target/release", rb"/target/library"):
             assert path not in content
 
 

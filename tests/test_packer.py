@@ -76,7 +76,7 @@ def test_a_packer_killed_at_any_moment_leaves_the_old_fmu_whole(clone):
     assert clone.pack().returncode == 0
     new = clone.fmu.read_bytes()
     assert new != old
-    built = (clone.folder / "target").rglob(f"release/*{fmpy.sharedLibraryExtension}")
+    built = (clone.folder / "target").rglob(f"library/*{fmpy.sharedLibraryExtension}")
     library = max(path.stat().st_size for path in built)
     assert library > 1.2 * len(new)
 

@@ -153,7 +153,7 @@ def test_a_dump_that_does_not_look_like_the_block_is_remarked(params, tmp_path):
     struct.pack_into(">f", data, 20, float("nan"))
     (tmp_path / "DB41.bin").write_bytes(data)
     done = params("DB41.bin", "--block=FB41")
-    for sentence in ["byte 20: GAIN is not a finite number", "byte 2: CYCLE is not above 0", "byte 1: bits are set"]:
+    for sentence in ["byte 20: GAIN is not a finite number", "byte 2: CYCLE is not greater than 0", "byte 1: bits are set"]:
         assert f"remark: DB41.bin: {sentence}" in done.stderr
     refused = params("DB41.bin", "--block=FB41", "--out", "a.json")
     assert refused.stderr.endswith("error: a.json: DB41: GAIN is NaN, but JSON has only finite numbers\n")
@@ -176,7 +176,7 @@ def test_differences_are_told_by_loop_and_parameter(params, tmp_path):
 
 def test_a_loop_that_the_file_does_not_have_is_refused_with_those_that_it_has(params):
     done = params(FILES / "right" / "loops.json", "--loop", "TIC999")
-    assert done.stderr.endswith("loops.json has no loop TIC999: it has TIC101, YC1\n")
+    assert done.stderr.endswith("loops.json has no loop TIC999; available: TIC101, YC1\n")
 
 
 def test_the_input_is_not_overwritten_and_an_unknown_ending_is_refused(params, tmp_path):

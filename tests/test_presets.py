@@ -137,7 +137,7 @@ def test_a_changed_value_is_refused_with_both_guids(preset):
     file = preset.folder / START
     file.write_text(file.read_text().replace("GAIN = 2.7", "GAIN = 3.7"))
     text = refusal(preset)
-    assert preset.description.guid in text and "were changed or replaced" in text and START in text
+    assert preset.description.guid in text and "was changed or replaced" in text and START in text
 
 
 def test_any_changed_byte_is_refused(preset):
@@ -391,7 +391,7 @@ def test_check_says_what_is_wrong_with_a_preset(plcfmu, preset, open_preset, tmp
     assert "resources/start.txt: line 1 is" in verdict(start="hello\n")
     changed = description.replace('start="60.5"', 'start="61.0"')
     assert changed != description
-    assert "SP_INT is 60.5 in resources/start.txt and 61.0 in modelDescription.xml" in verdict(modelDescription=changed)
+    assert "SP_INT is 60.5 in resources/start.txt, but 61.0 in modelDescription.xml" in verdict(modelDescription=changed)
 
 
 def test_info_says_of_what_an_fmu_is_a_preset(plcfmu, preset, open_fmu):

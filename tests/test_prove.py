@@ -50,7 +50,7 @@ def result(starts, state, done=0, output=0, expected=0, found=0):
 def test_the_source_calls_the_block_of_the_plc_and_says_how_to_run_it(source):
     text, starts = source
     assert "tested {InstructionName := 'CONT_C'; LibVersion := '1.1'} : CONT_C;" in text
-    assert 'once in each cycle: "PROVE_CONT_C_DB"();' in text
+    assert 'once per cycle: "PROVE_CONT_C_DB"();' in text
     assert (starts["magic"], starts["calls"]) == ("504C4346", "300")
 
 

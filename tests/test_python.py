@@ -70,7 +70,7 @@ def test_without_any_folder_the_error_says_how_to_get_fmus(places, monkeypatch):
     monkeypatch.delenv("PLCFMU_FMUS")
     (places["installed"] / "installed.fmu").unlink()
     monkeypatch.setattr(find, "checkout", lambda: None)
-    with pytest.raises(plcfmu.FmuNotFoundError, match="set PLCFMU_FMUS to it; `cargo xtask fmu` .* makes them"):
+    with pytest.raises(plcfmu.FmuNotFoundError, match="set PLCFMU_FMUS to it; `cargo xtask fmu` .* builds them"):
         plcfmu.fmu("CONT_C")
 
 
@@ -152,7 +152,7 @@ def test_a_wrong_variable_is_refused_with_the_nearest_ones(fmus):
     [
         ("GAIN", "two", "GAIN is a Real, which cannot be 'two'; assign a number"),
         ("PV_PER", 2.5, "PV_PER is an Integer, which cannot be 2.5; assign an integer"),
-        ("MAN_ON", 2, "MAN_ON is a Boolean, which cannot be 2; give it True or False"),
+        ("MAN_ON", 2, "MAN_ON is a Boolean, which cannot be 2; assign True or False"),
     ],
 )
 def test_a_value_of_another_type_is_refused_and_nothing_is_set(fmus, name, value, wants):

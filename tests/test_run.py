@@ -274,7 +274,7 @@ def test_the_figures_do_not_depend_on_what_is_recorded(run):
     def figures(*more):
         done = run("CONT_C", "HEATER", connect=LOOP, set=given, record=[*record, *more], step=1, stop=900)
         assert done.returncode == 0, done.stderr
-        return [line for line in done.stdout.splitlines() if re.match(r" *(rise|settling|overshoot|after|step|from)", line)]
+        return [line for line in done.stdout.splitlines() if re.match(r" *(Rise|Settling|Overshoot|setpoint step)", line)]
 
     assert figures() == figures("CONT_C.MAN_ON") != []
 

@@ -204,7 +204,7 @@ def test_names_that_tools_confuse_are_changed_and_told(packed, tmp_path):
     path, remarks = packed("plant.json")
     names = [component.get("name") for component in structure(path).iterfind(".//ssd:Component", SPACES)]
     assert names == ["DB4_", "DB41", "_1_A__"]
-    assert remarks[:2] == ["DB4 is called DB4_ in the SSP file", "1-A ä is called _1_A__ in the SSP file"]
+    assert remarks[:2] == ["DB4 is named DB4_ in the SSP file", "1-A ä is named _1_A__ in the SSP file"]
 
 
 def test_what_an_ssp_file_does_not_hold_is_told(packed, tmp_path):

@@ -387,7 +387,7 @@ mod tests {
             component.keep(state, Instance::new(Sum::default())).unwrap();
         }
         assert_eq!(states.map(|state| component.find(state).unwrap()), [0, 1, 2]);
-        assert!(component.find(ptr::null_mut()).unwrap_err().reason().contains("not given by this instance"));
+        assert!(component.find(ptr::null_mut()).unwrap_err().reason().contains("not saved by this instance"));
         component.free_state(&mut states[0].clone()).unwrap();
         assert_eq!(component.find(states[2]).unwrap(), 0, "the last one has taken the place of the first");
         assert!(component.find(states[0]).is_err(), "freed");

@@ -21,7 +21,7 @@ pub struct Guid<B>(PhantomData<B>);
 impl<B: Block> Guid<B> {
     const TEXT_BYTES: [u8; 38] = fingerprint::text(Fingerprint::<B>::HASH);
 
-    /// The instantiation token of FMI 3.0 for each choice of types.
+    /// The instantiation token for each choice of types.
     pub const TOKENS: [[u8; 38]; 2] = [
         fingerprint::text(Types::Native.token(Fingerprint::<B>::HASH)),
         fingerprint::text(Types::Wide.token(Fingerprint::<B>::HASH)),
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn a_variable_is_written_with_the_names_of_its_type_and_role() {
         let json = json(Sum::TABLE);
-        assert!(json.starts_with(r#"{"name":"SUM","aliases":[],"docs":" Adds its input up"#), "{json}");
+        assert!(json.starts_with(r#"{"name":"SUM","aliases":[],"docs":" Adds up its inputs"#), "{json}");
         assert!(json.contains(r#""cycle":5,"mean":8,"variables":[{"name":"U","description":"Summand","kind":"REAL","#));
         assert!(
             json.contains(r#""name":"FIRST","description":"Refused below 0","kind":"INT","role":"fixed","start":0.0"#)

@@ -214,7 +214,7 @@ fn an_engineer_finds_the_clauses_of_the_manual_page_in_the_c() {
     for_each_block(&mut Clauses);
     let law = laws::read(&Sources::of_blocks(), "CONT_C").unwrap();
     let text = scl::c::print(&law.program).unwrap();
-    let behind = text.split("/* Clause 6. */").nth(1).unwrap().trim_start();
+    let behind = text.split("Clause 6. */").nth(1).unwrap().trim_start();
     let trapezoid = "float q = (((t / ti) * (e + self->memory.e)) * 0.5f) + self->memory.rest;";
     assert!(behind.starts_with(trapezoid), "{behind}");
 }

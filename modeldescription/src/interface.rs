@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn a_number_that_json_has_not_is_named_with_its_variable() {
         let error = refused(r#""start":0.1"#, r#""start":NaN"#);
-        assert!(error.contains(r#"\"start\":N"#) && error.contains("finite number"), "{error}");
+        assert!(error.contains(r#"\"start\":N"#) && error.contains("make every start, min and max finite"), "{error}");
     }
 
     #[test]

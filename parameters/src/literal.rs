@@ -515,9 +515,9 @@ mod tests {
         assert_eq!(word("L#100"), 100);
         assert_eq!(word("WORD#16#FFFF"), -1);
         assert_eq!((word("65535"), word("-1"), word("-32768")), (-1, -1, -32768));
-        assert_refused("W#16#10000", Kind::Word, "W#16#0 ... W#16#FFFF");
-        assert_refused("-32769", Kind::Word, "-32768 ... 65535");
-        assert_refused("B#16#100", Kind::Word, "B#16#0 ... B#16#FF");
+        assert_refused("W#16#10000", Kind::Word, "W#16#0 to W#16#FFFF");
+        assert_refused("-32769", Kind::Word, "-32768 to 65535");
+        assert_refused("B#16#100", Kind::Word, "B#16#0 to B#16#FF");
         assert_refused("DW#16#1", Kind::Word, "which is a DWORD");
         for literal in ["W#16#G", "3#1", "16#", "1.0", "W#", "TRUE"] {
             assert_refused(literal, Kind::Word, "expected a WORD such as");
@@ -529,8 +529,8 @@ mod tests {
         assert_eq!(parse("-32768", Kind::Int), Ok(Value::Int(-32768)));
         assert_eq!(parse("16#7FFF", Kind::Int), Ok(Value::Int(32767)));
         assert_eq!(parse("L#200", Kind::Int), Ok(Value::Int(200)));
-        assert_refused("32768", Kind::Int, "-32768 ... 32767");
-        assert_refused("99999999999999999999999999", Kind::Int, "-32768 ... 32767");
+        assert_refused("32768", Kind::Int, "-32768 to 32767");
+        assert_refused("99999999999999999999999999", Kind::Int, "-32768 to 32767");
         assert_refused("200.0", Kind::Int, "expected an INT such as 200");
     }
 

@@ -450,9 +450,9 @@ mod tests {
     fn a_delay_too_long_for_its_memory_is_refused() {
         assert_eq!(Heater::default().check(), Ok(()));
         let error = Heater { delay_tm: 1e9, ..Heater::default() }.check().unwrap_err();
-        assert!(error.starts_with("DELAY_TM is 1000000000 s: "), "{error}");
+        assert!(error.starts_with("DELAY_TM is 1000000000 s, but "), "{error}");
         let error = Heater { delay_max: 1e9, ..Heater::default() }.check().unwrap_err();
-        assert!(error.starts_with("DELAY_MAX is 1000000000 s: "), "{error}");
+        assert!(error.starts_with("DELAY_MAX is 1000000000 s, but "), "{error}");
     }
 
     #[test]

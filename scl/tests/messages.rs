@@ -226,7 +226,7 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
         "no source declares the tags \"Start\" : BOOL; --tag \"Start : BOOL\" makes it an input or output",
     );
     refused("IF \"A\" AND NOT \"B\" THEN \"C\" := 2.5; END_IF;", "the tags \"A\" : BOOL, \"B\" : BOOL, \"C\" : REAL;");
-    refused("\"Data\".x := \"Data\".y[1].z;", "the data block \"Data\": Data.x, Data.y; export this DB as source");
+    refused("\"Data\".x := \"Data\".y[1].z;", "the data block \"Data\": Data.x, Data.y; export this DB as a source");
     refused(
         "\"Other\"(x := 1);",
         "no source declares the function \"Other\"; in TIA Portal: Generate source from blocks",

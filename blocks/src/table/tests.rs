@@ -159,7 +159,7 @@ fn an_output_names_the_settings_of_its_restart_value_and_an_inner_one_does_not()
 }
 
 #[test]
-#[should_panic(expected = "`from` names settings")]
+#[should_panic(expected = "`from` accepts only settings")]
 fn a_restart_value_cannot_depend_on_a_signal() {
     let signal = StaticRow { role: Role::Input, ..StaticRow::EMPTY };
     check_restart_values(&[signal, StaticRow { role: Role::Output, from: &[0], ..StaticRow::EMPTY }]);

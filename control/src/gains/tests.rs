@@ -200,7 +200,7 @@ fn what_no_block_computes_is_refused_with_its_reason() {
         refused(Form::Ideal, &[("Kp", 1.0), ("Td", 1.0), ("N", 5.0), ("Tf", 0.2)]),
         "N and Tf are alternatives: specify only one of them"
     );
-    assert!(refused(Form::Parallel, &[("Kd", 1.0), ("N", 5.0)]).starts_with("N is relative to Kd / Kp, and Kp is 0"));
+    assert!(refused(Form::Parallel, &[("Kd", 1.0), ("N", 5.0)]).starts_with("N is relative to Kd / Kp, but Kp is 0"));
     assert!(refused(Form::Simulink, &[("P", 1.0), ("D", 1.0)]).starts_with("N is missing"));
     let series = refused(Form::Series, &[("Kp", 1.0), ("Ti", 1.0), ("Td", 4.0), ("N", 2.0)]);
     assert!(series.starts_with("the filter of 2 s is not faster than Ti = 1 s"), "{series}");

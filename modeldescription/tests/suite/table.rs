@@ -265,7 +265,7 @@ fn an_unknown_unit_is_named_with_its_variable_and_the_known_ones() {
 
 #[test]
 fn a_unit_that_fmi_cannot_express_is_refused() {
-    assert!(refused("INT", "input", "unit \"rpm\"").contains("an FMI Integer has no unit"));
+    assert!(refused("INT", "input", "unit \"rpm\"").contains("an FMI Integer cannot have a unit"));
     for given in ["unit \"1\"", "min 0.0", "max 1.0"] {
         assert!(refused("BOOL", "input", given).contains("a BOOL cannot have a unit or a range"), "{given}");
     }

@@ -187,9 +187,9 @@ fn bad_parameters_give_no_nan() {
 fn a_dead_time_too_long_for_its_memory_is_refused() {
     assert_eq!(Process::default().check(), Ok(()));
     let error = Process { dead_tm: 1e9, ..Process::default() }.check().unwrap_err();
-    assert!(error.starts_with("DEAD_TM is 1000000000 s: "), "{error}");
+    assert!(error.starts_with("DEAD_TM is 1000000000 s, but "), "{error}");
     let error = Process { dead_max: 1e9, ..Process::default() }.check().unwrap_err();
-    assert!(error.starts_with("DEAD_MAX is 1000000000 s: "), "{error}");
+    assert!(error.starts_with("DEAD_MAX is 1000000000 s, but "), "{error}");
 }
 
 #[test]

@@ -72,7 +72,7 @@ fn a_block_without_a_dialog_has_its_inputs_and_its_parameters() {
 #[test]
 fn what_cannot_be_read_is_named_with_its_line() {
     let all = format!("[A]\n{REST}, I_SEL");
-    let begins = "PID: the line ";
+    let begins = "PID: the dialog line ";
     let cases = [
         ("setpoint: SPP", r#"the dialog line "setpoint: SPP": no variable "SPP"; did you mean SP?"#),
         ("set point: SP", r#"the dialog line "set point: SP": "set point" is not a role: setpoint, process value"#),

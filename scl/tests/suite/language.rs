@@ -150,7 +150,7 @@ const ROWS: &[Row] = &[
             ("#i := BLKMOV(SRCBLK := #a, DSTBLK => #pair);", "BLKMOV copies between variables of the same type"),
             ("#i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 0, DEST => #chars);", "found INT and CHAR; copy them in a loop"),
             ("#i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 0, DEST => #i);", "between one-dimensional arrays, found INT"),
-            ("#w := GET_ERR_ID();", "stops the FMU with file and line"),
+            ("#w := GET_ERR_ID();", "stop the FMU, which reports file and line"),
             ("#y := IS_ARRAY(#a);", "write the block once for each type"),
             ("#i := Serialize(SRC_VARIABLE := #pair);", "assign the variables themselves"),
             ("#i := RDREC(REQ := TRUE);", "supply its values through inputs"),

@@ -140,7 +140,7 @@ fn a_parquet_file_has_the_rows_of_the_csv() {
     assert_eq!(of().unwrap_err(), ": row 2, column P.GAIN: missing number: complete the row, or remove it");
     parquet_file(&path, &["TIC1", "TIC1"], &[1, 1]);
     let twice = of().unwrap_err();
-    assert!(twice.starts_with(": row 2: \"TIC1\" is the name of the loop at "), "{twice}");
+    assert!(twice.starts_with(": row 2: \"TIC1\" is also the name of the loop at "), "{twice}");
     fs::write(&path, "tag,P.GAIN\nTIC1,1\n").unwrap();
     assert!(of().unwrap_err().starts_with(" is not a Parquet file: "));
 }

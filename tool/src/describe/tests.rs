@@ -89,7 +89,7 @@ fn values_that_the_type_does_not_hold_are_errors_and_others_are_rounded() {
     let cases = [
         ("GAIN", Value::Number(1e39), "GAIN = 1e39: a REAL accepts finite numbers of at most 3.4028235e38"),
         ("GAIN", Value::Number(f64::NAN), "GAIN = NaN: not a finite number"),
-        ("GAIN", Value::Boolean(true), "GAIN is REAL: true is not a number"),
+        ("GAIN", Value::Boolean(true), "GAIN is of type REAL: true is not a number"),
         ("TI", Value::Number(-1.0), "TI = -1.0: a TIME accepts 0 ... 2147483.647 s"),
         ("BITS", Value::Number(0.5), "BITS = 0.5: an INT accepts -32768 ... 32767"),
         ("MAN_ON", Value::Number(2.0), "MAN_ON = 2.0: a BOOL accepts 0 and 1"),

@@ -292,7 +292,7 @@ fn an_opened_source_comes_back_with_one_value_changed() {
     assert_eq!(STANDARD.decode(&exported.content).unwrap(), expected);
     assert_eq!(exported.remarks, ["TIC101: GAIN was changed (lines/plant.awl:5:10)"]);
     let request = ExportRequest::Source { file: file.clone(), loops: vec![tried], stimuli: true };
-    assert!(error(&Session::default(), &request).contains("gives MAN of TIC101 no value"));
+    assert!(error(&Session::default(), &request).contains("no replaceable value of MAN in TIC101"));
     let request = ExportRequest::Source { file, loops: vec![one("TIC9", &[])], stimuli: false };
     assert_eq!(error(&Session::default(), &request), "lines/plant.awl has no loop \"TIC9\" of PID");
 }
