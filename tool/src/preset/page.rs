@@ -140,6 +140,11 @@ mod tests {
 
     #[test]
     fn a_page_without_a_place_for_the_section_is_told() {
-        assert!(html("<html>", "P1", "{1}", &values()).unwrap_err().to_string().starts_with("it does not contain \"<!-- preset"));
+        assert!(
+            html("<html>", "P1", "{1}", &values())
+                .unwrap_err()
+                .to_string()
+                .starts_with("it does not contain \"<!-- preset")
+        );
     }
 }
