@@ -87,7 +87,7 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
     path.write_text("\n".join(",".join(cells[:gain] + cells[gain + 1 :]) for cells in [header, *rows]))
     tool.locator("#replay-file").set_input_files(path)
     headline.get_by_text(f"Up to cycle {changed - 1} GAIN is 2; from cycle {changed} (").wait_for()
-    assert "on, GAIN 0.77 explains every cycle." in headline.inner_text()
+    assert "onward, GAIN 0.77 explains every cycle." in headline.inner_text()
     # Applied, it is in force, and the recording still tells the same of it.
     tool.locator("#replay").get_by_role("button", name="Apply GAIN 0.77").click()
     tool.get_by_text("The loop has GAIN 0.77.").wait_for()

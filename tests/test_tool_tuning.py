@@ -235,13 +235,13 @@ def test_the_table_of_rules_says_why_a_metric_is_missing(tool):
     tool.locator("#step-size").fill("5")
     make_step_test(tool)
     tool.locator("#tune-to").fill("10")
-    line = tool.locator("#tune .missing").get_by_text("– in recovers, load: IAE of all rules: the manipulated value stays at its limit of 9.")
+    line = tool.locator("#tune .missing").get_by_text("– under recovers, load: IAE for all rules: the manipulated value stays at its limit of 9.")
     line.wait_for()
     cell = tool.locator("#tune .rules .is-now td").filter(has_text="–").first
     assert cell.get_attribute("title") == "the manipulated value stays at its limit of 9"
     tool.locator("#tune").get_by_role("button", name="Apply").click()
     report = saved(tool, "Report (HTML)")[1].decode()
-    assert "<li>\u2013 in recovers, load: IAE of all rules: the manipulated value stays at its limit of 9.</li>" in report
+    assert "<li>\u2013 under recovers, load: IAE for all rules: the manipulated value stays at its limit of 9.</li>" in report
 
 
 # As a report names them, and as `second` does.

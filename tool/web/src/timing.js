@@ -98,7 +98,7 @@ export function mount(content) {
     {
       ...{ role: "slider", tabindex: 0, "aria-label": "Cursor in the timing diagram" },
       ...{ "aria-valuemin": 0, "aria-valuemax": 0, "aria-valuenow": 0, onkeydown: key },
-      title: "← → one call, with Shift ten; Page keys: next change; + − zoom; Esc: now",
+      title: "← → one cycle, with Shift ten; Page keys: next change; + − zoom; Esc: now",
     },
     axis,
   );
