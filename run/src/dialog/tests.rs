@@ -89,8 +89,8 @@ fn what_cannot_be_read_is_named_with_its_line() {
     }
     let cases = [
         ("GAIN if", r#"no variable "GAIN if""#),
-        ("GAIN if P_SEL and", "write NAME or not NAME"),
-        ("GAIN if P_SEL I_SEL", "write NAME or not NAME"),
+        ("GAIN if P_SEL and", "write NAME or `not NAME`"),
+        ("GAIN if P_SEL I_SEL", "write NAME or `not NAME`"),
         ("GAIN if OUT", "OUT is neither an input nor a parameter"),
         ("OUT", "OUT is output: only inputs and parameters can be in groups"),
     ];
