@@ -243,7 +243,7 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
     let calls: String = (1..=12).map(|at| format!("\"Other{at:02}\"();")).collect();
     let (errors, _) = told(&program("", &calls).0, None);
     assert_eq!(errors.len(), 11);
-    let rest = "no source declares 2 more functions; plcfmu check with --assume lists all";
+    let rest = "no source declares 2 more functions; plcfmu check --assume lists them all";
     assert!(errors[10].contains(rest), "{}", errors[10]);
     undeclarable(
         "x : \"typeMotor\";",

@@ -294,7 +294,7 @@ fn an_opened_source_comes_back_with_one_value_changed() {
     let request = ExportRequest::Source { file: file.clone(), loops: vec![tried], stimuli: true };
     assert!(error(&Session::default(), &request).contains("no replaceable value of MAN in TIC101"));
     let request = ExportRequest::Source { file, loops: vec![one("TIC9", &[])], stimuli: false };
-    assert_eq!(error(&Session::default(), &request), "lines/plant.awl has no loop \"TIC9\" of PID");
+    assert_eq!(error(&Session::default(), &request), "lines/plant.awl has no loop \"TIC9\" with the block PID");
 }
 
 #[test]
