@@ -145,7 +145,7 @@ def test_without_settings_that_keep_the_constraints_the_exit_code_is_1_and_nothi
     [
         ("[tune]", "[[values]]\nvariable = 'HEATER.TEMP'\ntake = ['max']\n[nothing]", "unknown field `nothing`"),
         ('minimize = "iae"', 'minimize = "isa"', "no figure isa"),
-        ('variable = "CONT_C.TI"', 'variable = "CONT_C.TII"', "CONT_C has no variable TII: is it TI?"),
+        ('variable = "CONT_C.TI"', 'variable = "CONT_C.TII"', "CONT_C has no variable TII; did you mean TI?"),
         ('variable = "CONT_C.TI"', 'variable = "CONT_C.P_SEL"', "it is neither a Real nor an Integer"),
         ('variable = "CONT_C.TI"', 'variable = "HEATER.RISE"', "is both searched and varied by an axis"),
     ],

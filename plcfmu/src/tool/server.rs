@@ -348,7 +348,7 @@ async fn accept(State(shared): State<Arc<Shared>>, request: Request) -> Result<R
     let (headers, body) = text(request).await?;
     let accepted: Accept = serde_json::from_str(&body).map_err(|error| Refusal::bad(error.to_string()))?;
     if accepted.secret != shared.access.secret {
-        let message = "an FMU may run only after the user has agreed on the page".into();
+        let message = "an FMU may run only with permission given on the page".into();
         return Err(Refusal { status: StatusCode::FORBIDDEN, message });
     }
     let (entry, number) = shared.ask(&headers, move |_, home| home.accept(&accepted.fmu)).await?;
