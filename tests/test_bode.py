@@ -94,4 +94,6 @@ def test_the_curves_and_margins_are_those_of_the_difference_equations(answer, na
 def test_a_block_without_its_p_action_is_refused_by_name():
     controller = {"name": "TIC101", "fmu": "CONT_C", "values": {**IN_FORCE, "P_SEL": False}}
     answer = in_the_page(tool.PAGE, [{"do": "bode", "model": MODEL, "controller": controller, "others": []}])[0]
-    assert json.loads(answer)["error"]["message"] == "P_SEL is FALSE: a Bode plot of CONT_C needs its P action"
+    assert json.loads(answer)["error"]["message"] == (
+        "P_SEL is FALSE, but the margins and the Bode plot of CONT_C need the P action: set P_SEL to TRUE"
+    )

@@ -110,7 +110,10 @@ pub(crate) fn law(home: &dyn Fmus, controller: &Controller) -> Result<Law> {
     let fmu = &controller.member.fmu;
     let is_on = |action: usize| controller.roles.structure.get(action).is_none_or(|name| controller.value(name) != 0.0);
     if !is_on(0) {
-        bail!("{} is FALSE: a Bode plot of {fmu} needs its P action", controller.roles.structure[0]);
+        bail!(
+            "{0} is FALSE, but the margins and the Bode plot of {fmu} need the P action: set {0} to TRUE",
+            controller.roles.structure[0]
+        );
     }
     let sampling = controller.sampling();
     let setting = |action: usize, place: usize, lowest: f64| {
@@ -120,7 +123,7 @@ pub(crate) fn law(home: &dyn Fmus, controller: &Controller) -> Result<Law> {
     let Some(name) = controller.roles.controller.first() else { bail!("{fmu} has no GAIN") };
     let gain = controller.value(name);
     if gain == 0.0 {
-        bail!("{name} is 0: the loop has no gain and therefore no Bode plot");
+        bail!("{name} is 0, so the loop has no Bode plot: choose a different {name}");
     }
     let settings = Settings {
         gain,

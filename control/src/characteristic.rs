@@ -90,7 +90,7 @@ fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic<St
     let period = period.filter(|period| period.is_finite()).map_or(1, |period| period.round().max(1.0) as usize);
     let calls = (of.calls as usize).next_multiple_of(period);
     if calls > MOST_CALLS / FEWEST_POINTS {
-        bail!("the pulse period spans {period} calls: the characteristic would take too long");
+        bail!("the pulse period spans {period} calls, so the characteristic would take too long: shorten the period");
     }
     let points = (of.points as usize).min(MOST_CALLS / calls);
     let (from, to) = of.range;

@@ -109,14 +109,14 @@ pub struct Column {
 }
 
 impl Column {
-    /// Reports missing values among these rows: `Line 5, column PV: no value (nor in 2 rows after it)`.
+    /// Reports missing values among these rows: `Line 5, column PV: no value (nor in 2 later rows)`.
     /// `lines` holds the table's line numbers.
     pub(crate) fn missing(&self, rows: impl Iterator<Item = usize>, lines: &[usize]) -> Option<String> {
         let mut missing = rows.filter(|row| self.values[*row].is_nan());
         let first = missing.next()?;
         let more = match missing.count() {
             0 => String::new(),
-            more => format!(" (nor in {more} row{} after it)", if more == 1 { "" } else { "s" }),
+            more => format!(" (nor in {more} later row{})", if more == 1 { "" } else { "s" }),
         };
         Some(format!("Line {}, column {}: no value{more}", lines[first], self.name))
     }
@@ -228,7 +228,7 @@ impl CsvTable {
         for (row, value) in of.values.iter().enumerate() {
             let line = self.lines[row];
             if !value.is_finite() {
-                bail!("line {line}, column {}: no time", of.name);
+                bail!("line {line}, column {}: missing time: complete the row, or remove it", of.name);
             }
             if row > 0 && *value < of.values[row - 1] {
                 bail!(
@@ -350,7 +350,7 @@ impl<'a> Layout<'a> {
             (first.clone(), titles + 1)
         };
         if header.len() > MOST_COLUMNS {
-            bail!("the file has {} columns; at most {MOST_COLUMNS} are read", header.len());
+            bail!("the file has {} columns; at most {MOST_COLUMNS} are read: remove columns", header.len());
         }
         let mut header: Vec<Header> =
             header.iter().enumerate().map(|(number, cell)| Header::new(cell, number)).collect();

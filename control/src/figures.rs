@@ -135,7 +135,7 @@ pub static FIGURES: [&Figure; 11] = [
     &Figure {
         key: "pulses",
         title: "Pulses",
-        meaning: "Number of pulses that begin, on all pulse outputs",
+        meaning: "Number of pulses started, on all pulse outputs",
         unit: Unit::One,
         absent: "there are no pulses",
         needs: Needs::Pulses,
@@ -174,7 +174,7 @@ pub static FIGURES: [&Figure; 11] = [
 pub static OVERSHOOT: Figure = Figure {
     key: "overshoot",
     title: "Overshoot",
-    meaning: "Beyond the setpoint, in percent of the step",
+    meaning: "Peak beyond the setpoint, in percent of the step",
     unit: Unit::Percent,
     absent: "the process value does not reach the setpoint",
     needs: Needs::Nothing,
@@ -195,7 +195,7 @@ pub static SETTLING: Figure = Figure {
 /// The reason given if no disturbance occurs.
 const NO_DISTURBANCE: &str = "nothing disturbs the loop in this part of the run";
 
-const NO_CALL: &str = "no call in this part of the run";
+const NO_CALL: &str = "this part of the run contains no calls";
 const NO_DEVIATION: &str = "the setpoint or the process value is NaN in some calls";
 
 /// Returns the figure with this name.
@@ -494,7 +494,7 @@ impl<'a> Window<'a> {
         }
         let ramp = self.step.as_ref().is_ok_and(|step| step.is_ramp);
         let ramp =
-            ramp.then(|| "the setpoint is a ramp: its duration is part of the rise and settling time".to_string());
+            ramp.then(|| "the setpoint is a ramp: its duration is included in the rise and settling times".to_string());
         let absent = reasons.into_iter().map(|(reason, names)| match names.split_last() {
             Some((last, rest)) if !rest.is_empty() => format!("no {} or {last}: {reason}", rest.join(", ")),
             _ => format!("no {}: {reason}", names.concat()),

@@ -264,7 +264,7 @@ pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     let mut rows: Vec<usize> = (0..table.rows()).filter(|row| (from..=to).contains(&times.seconds[*row])).collect();
     let missing = |column: &Column| {
         let missing = column.missing(rows.iter().copied(), &table.lines)?;
-        Some(format!("{missing}: left out. Complete the file if the step is there."))
+        Some(format!("{missing}: ignored. Complete the file if the step occurs there."))
     };
     let missing: Vec<String> = [input, output].into_iter().filter_map(missing).collect();
     rows.retain(|row| input.values[*row].is_finite() && output.values[*row].is_finite());

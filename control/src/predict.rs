@@ -242,7 +242,7 @@ impl Schedule {
         let schedule = Schedule::new(controller, request, dead_time, values, 1)?;
         let calls = (duration / schedule.cycle).round() + 1.0;
         if calls > MOST_CALLS as f64 {
-            bail!("it was measured for {} s: at most {MOST_CALLS} calls are predicted", short(duration));
+            bail!("the measured response lasts {} s, but at most {MOST_CALLS} calls can be predicted", short(duration));
         }
         Ok(Schedule { calls: schedule.step + calls as usize, ..schedule })
     }
@@ -419,7 +419,7 @@ impl<'a> Simulation<'a> {
         values: &Values,
         schedule: Schedule,
     ) -> Result<Simulation<'a>> {
-        let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is unknown")?;
+        let setpoint = controller.roles.setpoint.as_ref().context("the controller's setpoint is unknown")?;
         let drawn = controller.roles.manipulated_value.as_ref();
         let terminal = Terminal::new(controller)?;
         let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
@@ -596,7 +596,7 @@ impl Terminal {
         };
         let is_on = |name: &str| controller.value(name) != 0.0;
         let in_use = inputs.iter().find(|name| field(name).is_none_or(|field| field.is_used(is_on)));
-        let name = in_use.or(inputs.first()).context("it has no input for the process value")?;
+        let name = in_use.or(inputs.first()).context("the controller has no input for the process value")?;
         let switches = match (in_use, field(name)) {
             (None, Some(field)) => field.used_if.first().cloned().unwrap_or_default(),
             _ => Vec::new(),
@@ -651,7 +651,7 @@ fn system(
     let mut connections = vec![wire(format!("{PROCESS}.{output}"), format!("{CONTROLLER}.{}", terminal.name))];
     match &controller.roles.manipulated_value {
         Some(name) => connections.push(wire(format!("{CONTROLLER}.{name}"), format!("{PROCESS}.INPUT"))),
-        None if controller.roles.pulses.is_empty() => bail!("it has neither a manipulated value nor pulses"),
+        None if controller.roles.pulses.is_empty() => bail!("the controller has no manipulated value or pulses"),
         None => {
             let pulses = controller.roles.pulses.iter().zip(["UP", "DOWN"]);
             connections
@@ -851,7 +851,7 @@ pub fn output_factor(home: &dyn Fmus, controller: &Controller) -> Result<Option<
 fn word_scaling(home: &dyn Fmus, controller: &Controller, terminal: &Terminal) -> Result<(f64, f64)> {
     const COUNTS: f64 = 16384.0;
     let shown =
-        controller.roles.shown_process_value.as_ref().context("the process value that it computes is unknown")?;
+        controller.roles.shown_process_value.as_ref().context("the controller's computed process value is unknown")?;
     let calls = (controller.sampling() / controller.cycle()).ceil() as usize;
     let at = |word: f64| {
         let switches = terminal.switches.iter().map(|(name, is_on)| (name.as_str(), f64::from(u8::from(*is_on))));

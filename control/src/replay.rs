@@ -472,9 +472,9 @@ fn explained(comparison: &Comparison, has_to_explain: bool) -> Result<(compare::
 fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<String> {
     match variant.beginning {
         Beginning::Restart if recording.says_restart => None,
-        Beginning::Restart => Some("The first row is taken as the restart: the other rows then fit best.".into()),
+        Beginning::Restart => Some("The first row is assumed to be the restart: the other rows then fit best.".into()),
         Beginning::Fresh => {
-            Some("The first row is taken as the first call after a restart: the other rows then fit best.".into())
+            Some("The first row is assumed to be the first call after a restart: the other rows then fit best.".into())
         }
         Beginning::Held => {
             let manipulated = block.roles.manipulated_value.as_deref().unwrap_or("the manipulated value");

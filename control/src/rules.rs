@@ -272,7 +272,7 @@ fn simc(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result
         Ok((t / (gain * slowness), t.min(4.0 * slowness)))
     };
     match structure {
-        Structure::P => bail!("SIMC has no P controller: use Ziegler-Nichols (step) or CHR, or SIMC with PI"),
+        Structure::P => bail!("SIMC has no rule for P: use Ziegler-Nichols (step) or CHR, or SIMC with PI"),
         Structure::Pi => pi(&model.without_second_lag()).map(|(gain, ti)| ideal(gain, Some(ti), None)),
         Structure::Pid => {
             let lags = [model.time_constant, model.second_time_constant];
@@ -345,7 +345,7 @@ fn lambda(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Resu
 fn amigo(structure: Structure, model: &Model) -> Result<Settings> {
     let Model { gain: k, time_constant: t, dead_time: l, is_integrating, .. } = *model;
     Ok(match structure {
-        Structure::P => bail!("AMIGO has no P controller: use Ziegler-Nichols (step) or CHR, or AMIGO with PI"),
+        Structure::P => bail!("AMIGO has no rule for P: use Ziegler-Nichols (step) or CHR, or AMIGO with PI"),
         Structure::Pi if is_integrating => ideal(0.35 / (k * l), Some(13.35 * l), None),
         Structure::Pid if is_integrating => ideal(0.45 / (k * l), Some(8.0 * l), Some(0.5 * l)),
         Structure::Pi => {

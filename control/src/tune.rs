@@ -387,8 +387,8 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     let what = if has_period { "half of CYCLE and half of the pulse period" } else { "half of CYCLE" };
     if added > request.model.dead_time {
         remarks.push(format!(
-            "Sampling adds more delay than the plant's dead time: {what} add {} s to {} s. Shorter times allow a \
-             higher GAIN.",
+            "Sampling adds more delay than the plant's dead time: {} s ({what}) in addition to {} s. Shorter times \
+             allow a higher GAIN.",
             short(added),
             short(rounded(request.model.dead_time, 3))
         ));

@@ -12,7 +12,7 @@ fn plotted(values: &[(&str, Value)]) -> Result<Bode> {
 #[test]
 fn a_loop_without_a_gain_is_refused_by_name() {
     let error = format!("{:#}", plotted(&[("GAIN", Value::Number(0.0))]).unwrap_err());
-    assert_eq!(error, "GAIN is 0: the loop has no gain and therefore no Bode plot");
+    assert_eq!(error, "GAIN is 0, so the loop has no Bode plot: choose a different GAIN");
 }
 
 #[test]

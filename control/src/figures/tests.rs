@@ -364,5 +364,5 @@ fn the_guide_has_a_line_for_each_figure() {
 #[test]
 fn an_empty_run_has_no_figures() {
     let figures = all(&[], &[], &[]);
-    assert_eq!(figures.all_remarks(), ["no call in this part of the run"]);
+    assert_eq!(figures.all_remarks(), ["this part of the run contains no calls"]);
 }

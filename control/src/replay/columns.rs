@@ -318,7 +318,7 @@ impl Recording {
                 before = *value;
                 to_value(*value, variable.kind).map_err(|range| {
                     anyhow::anyhow!(
-                        "line {line}, column {}: {value:?} is not a value of {}: {range}",
+                        "line {line}, column {}: {value:?} is not a valid value for {}: {range}",
                         of.name,
                         variable.name
                     )
@@ -478,7 +478,7 @@ impl Recording {
         let cycle = recorded.unwrap_or(block.settings[block.table.cycle]);
         let Some(time) = time else {
             self.times = (0..self.rows).map(|row| row as f64 * cycle).collect();
-            remarks.push("The recording has no time: each row is a call.".into());
+            remarks.push("The recording has no time column: each row counts as one call.".into());
             return Ok(());
         };
         let times = csv.times(time)?;

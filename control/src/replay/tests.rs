@@ -362,7 +362,7 @@ fn missing_values_are_held_and_not_compared_and_it_is_said_where_they_are() {
     assert!(is_exact(&replayed), "{replayed:?}");
     // Of 40 rows behind the header, 1, 7, 10 ... 37 have no setpoint.
     for remark in [
-        "Line 3, column SP: no value (nor in 11 rows after it): the previous value is used. Complete the file, or \
+        "Line 3, column SP: no value (nor in 11 later rows): the previous value is used. Complete the file, or \
          remove the rows.",
         "Line 22, column OUT: no value: nothing is compared there. Complete the file, or remove the rows.",
     ] {
@@ -376,7 +376,11 @@ fn what_the_recording_lacks_is_said() {
     let replayed = run(&request(text("x,SP,quality,OUT", &rows)));
     assert!(says(&replayed, "The recording has no PV_IN: a constant 0 is used."), "{:?}", replayed.remarks);
     assert!(says(&replayed, "x, quality are not variables of PID"), "{:?}", replayed.remarks);
-    assert!(says(&replayed, "The recording has no time: each row is a call."), "{:?}", replayed.remarks);
+    assert!(
+        says(&replayed, "The recording has no time column: each row counts as one call."),
+        "{:?}",
+        replayed.remarks
+    );
     let slow: Vec<_> = rows.iter().map(|row| (row.0 * 20.0, row.1, row.2, row.3)).collect();
     let replayed = run(&request(text("time [s],SP,PV,OUT", &slow)));
     assert!(says(&replayed, "Most rows are 10 s apart, but the block is called every 0.5 s"), "{:?}", replayed.remarks);
@@ -387,9 +391,9 @@ fn values_that_the_block_does_not_take_are_refused_with_their_line() {
     let mut rows = recorded(5);
     rows[2].1 = f32::INFINITY;
     let message = error(&request(text("time,SP,PV,OUT", &rows)));
-    assert!(message.starts_with("line 4, column SP: inf is not a value of SP"), "{message}");
+    assert!(message.starts_with("line 4, column SP: inf is not a valid value for SP"), "{message}");
     let message = error(&request("time,MAN_ON,OUT\n0,1,1\n1,2,1\n".into()));
-    assert!(message.starts_with("line 3, column MAN_ON: 2.0 is not a value of MAN_ON"), "{message}");
+    assert!(message.starts_with("line 3, column MAN_ON: 2.0 is not a valid value for MAN_ON"), "{message}");
     assert!(error(&request("time,OUT\n0,1\n1,1\n".into())).contains("is an input of PID"));
     let mut request = request("time,SP,OUT\n0,1,1\n".into());
     request.controller = member(&[("GIAN", 1.0)]);

@@ -142,13 +142,8 @@ fn a_rule_without_a_formula_names_one_that_has() {
             &integrator,
             "CHR (setpoint, 0 %) needs a time constant, but the plant is integrating: use SIMC or AMIGO",
         ),
-        (Rule::Simc, P, &first_order, "SIMC has no P controller: use Ziegler-Nichols (step) or CHR, or SIMC with PI"),
-        (
-            Rule::Amigo,
-            P,
-            &first_order,
-            "AMIGO has no P controller: use Ziegler-Nichols (step) or CHR, or AMIGO with PI",
-        ),
+        (Rule::Simc, P, &first_order, "SIMC has no rule for P: use Ziegler-Nichols (step) or CHR, or SIMC with PI"),
+        (Rule::Amigo, P, &first_order, "AMIGO has no rule for P: use Ziegler-Nichols (step) or CHR, or AMIGO with PI"),
         (
             Rule::Simc,
             Pid,

@@ -363,7 +363,7 @@ fn the_table_has_all_rules_for_one_step_and_says_which_do_not_apply() {
     assert!(rows.iter().filter_map(|row| row.tuned.as_ref()).all(|tuned| tuned.predicted.travel.is_some()));
     request.structure = Structure::P;
     let refusal = table(&Linked::new(), &request).unwrap()[0].refusal.clone().unwrap();
-    assert!(refusal.starts_with("SIMC has no P controller"), "{refusal}");
+    assert!(refusal.starts_with("SIMC has no rule for P:"), "{refusal}");
 }
 
 #[test]
