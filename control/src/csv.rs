@@ -1,8 +1,8 @@
 //! CSV files as plants, recorders and spreadsheets write them, read as columns of numbers.
 //!
 //! The separator (comma, semicolon, tab), the decimal sign (point or comma), units in the header (`PV [degC]`) and the
-//! format of the time (seconds, milliseconds, date and time of day) are detected. An ambiguity is an error or results
-//! in a remark.
+//! format of the time (seconds, milliseconds, date and time of day) are detected. An ambiguity causes an error or a
+//! remark.
 
 mod clock;
 pub mod names;
@@ -450,8 +450,7 @@ impl<'a> Layout<'a> {
         if self.rows_are == RowsAre::Calls {
             clock::join(&mut columns);
         }
-        // Collects the remarks on columns with the names of loops, to discard them: these hold text and are not left
-        // out.
+        // Remarks on columns with loop names are discarded: such a column contains text, but is used.
         let mut names = Vec::new();
         for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
             let is_variable = self.rows_are == RowsAre::Loops && is_variable(&header.name);
@@ -523,8 +522,8 @@ pub struct Cells {
     values: Vec<f64>,
     /// The dates and times of day: one per value, or empty.
     stamps: Vec<clock::Stamp>,
-    /// The number of cells that were numbers or words for true and false, words among them, TIME literals among them,
-    /// dates, and none of these.
+    /// The numbers of cells by kind: numbers, including words for true and false and TIME literals; only the words;
+    /// only the literals; dates; and anything else.
     numbers: usize,
     words: usize,
     literals: usize,

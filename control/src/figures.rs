@@ -27,7 +27,7 @@ pub const BAND: f64 = 0.02;
 /// The minimum time that the process value must stay in the band, relative to the time since the step; otherwise, it
 /// may just be crossing the band.
 const STAY: f64 = 0.1;
-/// The end of a reason why a figure is absent.
+/// The end of the message that states why a figure is absent.
 const NOT_FINITE: &str = "is NaN in some calls";
 
 /// The reason given if the setpoint does not change.

@@ -219,8 +219,8 @@ fn first_phase(open: Complex) -> f64 {
 /// Computes the margins of a controller with a plant; only the magnitude of the gain is used.
 ///
 /// `delay` is the delay that pulses add to the hold, half of their period, in seconds. If the plant was sampled with a
-/// different delay or at different intervals than those of the law, the response is corrected by the difference in
-/// delay and half the difference in interval.
+/// different delay or interval than the law, the response is corrected by the difference in delay and half the
+/// difference in interval.
 pub fn compute(plant: &Plant, law: &Law, delay: f64) -> Margins {
     let sampling = law.sampling();
     // Each integrator is a pole at 1.

@@ -49,8 +49,8 @@ const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];
 const SURELY_LONGER: usize = 4;
 /// A manipulated value that is the same in more than this fraction of the later calls is at a limit.
 const STAYS: f64 = 0.9;
-/// The number of calls before and after the step that are all shown; of the later calls, at most four times as many
-/// are.
+/// All calls up to this number before and after the step are shown; of the later calls, at most four times this
+/// number.
 const ALL_SHOWN: usize = 200;
 /// The names of the two members.
 const CONTROLLER: &str = "CONTROLLER";
@@ -82,11 +82,12 @@ struct Plant {
     scaling: Option<(f64, f64)>,
     /// The time that a valve takes from stop to stop; `None` if the input acts on the model directly.
     motor_time: Option<f64>,
-    /// The time from which a load is added to the input, and its size.
+    /// The time at which a load is added to the input, and its size.
     load: Option<(f64, f64)>,
-    /// The time until which the plant is kept in steady state, and the time before it over which its input is averaged.
+    /// The time until which the plant is kept in steady state, and the duration before it over which its input is
+    /// averaged.
     rest: (f64, f64),
-    /// The sum and the number of the inputs in that time.
+    /// The sum and the number of the inputs during that time.
     resting: (f64, f64),
     /// The values of all variables; true is 1.
     values: [f64; VARIABLES.len()],

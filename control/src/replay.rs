@@ -115,8 +115,7 @@ pub enum Conclusion {
     Differs,
     /// The first suspect is the cause: it explains everything, and nothing else does.
     Cause,
-    /// The first suspect is the likeliest cause: it is the only full explanation that changes nothing but settings of
-    /// the controller.
+    /// The first suspect is the likeliest cause: it is the only full explanation that changes only controller settings.
     LikelyCause,
     /// More than one change explains everything: the recording does not distinguish them.
     Ambiguous,
@@ -587,7 +586,7 @@ fn conclusion(
     }
 }
 
-/// Whether the first suspect is the only explanation that changes nothing but settings of the controller.
+/// Whether the first suspect is the only explanation that changes only controller settings.
 fn is_likeliest(block: &Block, first: &Suspect, others: &[Suspect]) -> bool {
     let is_usual = |suspect: &Suspect| suspect.fits && suspects::is_usual(block, suspect);
     is_usual(first) && !others.iter().any(is_usual)

@@ -34,7 +34,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The number of significant digits of a setting: as many as a table shows, so that the displayed value is the one
+/// The number of significant digits of a setting. A table shows all of them, so the displayed value is the one
 /// applied. A step test is no more precise.
 pub const DIGITS: i32 = 3;
 /// The longest TIME of a PLC, in seconds.

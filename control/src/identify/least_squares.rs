@@ -167,7 +167,7 @@ fn search(longest: f64, mut missed: impl FnMut(f64) -> f64) -> f64 {
 struct Samples {
     places: Vec<usize>,
     integrals: Vec<f64>,
-    /// The step with only these samples, if there are others.
+    /// The step with only these samples; `None` if these are all.
     thinned: Option<Step>,
 }
 

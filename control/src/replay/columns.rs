@@ -177,7 +177,7 @@ impl Recording {
         self.outputs.iter().filter(|of| !of.is_boolean).map(Signal::coarsest).fold(0.0, f64::max)
     }
 
-    /// Whether an output differs from that of the previous row.
+    /// Whether any output differs from its value in the previous row.
     pub(super) fn changes(&self, row: usize) -> bool {
         row > 0 && self.outputs.iter().any(|of| of.values[row] != of.values[row - 1] && !of.values[row].is_nan())
     }

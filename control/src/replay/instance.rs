@@ -26,8 +26,8 @@ pub(super) struct Block<'a> {
     pub(super) groups: &'a [Group],
     /// The type and the value reference of each variable in the table.
     variables: Vec<(Type, u32)>,
-    /// The initial value of each variable in the table: that of the loop or, if it specifies none, that of a new
-    /// instance.
+    /// The initial value of each variable in the table: the loop's or, if it specifies none, a new
+    /// instance's.
     pub(super) settings: Vec<f64>,
     /// The variables that the loop specifies.
     given: Vec<usize>,
@@ -71,7 +71,7 @@ pub(super) struct Later {
 }
 
 impl Variant {
-    /// Returns the final value of a variable; `None` if it is that of the loop.
+    /// Returns the final value of a variable; `None` if it is the loop's.
     pub(super) fn value(&self, row: usize) -> Option<f64> {
         let later = self.later.as_ref().and_then(|later| later.values.get(&row));
         later.or_else(|| self.values.get(&row)).copied()

@@ -1,7 +1,7 @@
 //! A setting that was changed during the recording: the block reproduces the recording with one value up to a row, and
 //! with another from there onward.
 //!
-//! If the block agrees for a while, the value before the change is that of the loop. Otherwise, it is searched for in
+//! If the block agrees for a while, the value before the change is the loop's. Otherwise, it is searched for in
 //! the first rows and accepted only if it explains more rows than those. The value after the change and the row of the
 //! change are searched for together. Each interpretation of the recording is judged by the rows before the change,
 //! where the closest one wins, and each setting by the tolerance of the closest one. Only an answer that explains every
@@ -79,8 +79,8 @@ pub(super) fn midway(readings: &[Comparison]) -> Result<Option<Midway>> {
     answer(before)
 }
 
-/// Returns the answer of these starts with the fewest settings; of several, that of the closest start. It is uncertain
-/// if another start has an answer with as few settings.
+/// Returns the answer with the fewest settings from any of these starts; if there are several, the one from the closest
+/// start. It is uncertain if a different start has an answer with equally few settings.
 fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
     let mut best: Option<(usize, Midway)> = None;
     for start in judged(starts) {
@@ -97,7 +97,7 @@ fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
                 best = Some((settings, Midway { reading: start.reading, base, suspects }));
             }
         }
-        // There is no answer with less than one setting.
+        // Every answer has at least one setting.
         if settings == 1 {
             break;
         }
@@ -129,7 +129,7 @@ fn judged(mut starts: Vec<Start>) -> Vec<Start> {
 }
 
 impl<'a> Start<'a> {
-    /// Returns starts with another value of a setting that explains more rows than those in which it was searched for.
+    /// Returns starts with a different value of a setting that explains more rows than the search for it covered.
     fn before(&self) -> Result<Vec<Start<'a>>> {
         let (comparison, total) = (self.comparison, self.comparison.recording.rows);
         let rows = (self.first + BEFORE).min(total);

@@ -156,7 +156,7 @@ pub(super) struct Diagnosis<'a> {
 }
 
 impl Diagnosis<'_> {
-    /// Returns those of the given tries that are an improvement.
+    /// Returns the tries that are an improvement.
     fn discrete(&self, start: &Outcome, tries: Vec<Try>, whole: Whole) -> Vec<Tried> {
         let mut better = Vec::new();
         for Try { mut variant, changes } in tries {
@@ -751,7 +751,7 @@ fn structure(tries: &mut Tries) {
     }
 }
 
-/// Adds all switches except those of manual mode, the restart and the actuator's stops.
+/// Adds all switches except those for manual mode, the restart and the actuator's stops.
 fn switches(tries: &mut Tries) {
     let block = tries.comparison.block;
     let roles = block.roles;
