@@ -555,12 +555,12 @@ def test_texts_are_strings_that_are_set_within_their_length_kept_in_states_and_r
     slave.setFMUstate(slave.deSerializeFMUstate(slave.serializeFMUstate(state)))
     assert read("text", "prefix") == ["No B-7ö/ö", "No "]
 
-    assert "article = \"12345678901\": STRING[10] takes 10 characters, not 11" in refused("article", "12345678901")
+    assert "article = \"12345678901\": STRING[10] holds at most 10 characters, not 11" in refused("article", "12345678901")
     assert "a STRING holds only ISO 8859-1 characters, and '€' is not one of them" in refused("article", "€")
     assert "article: the string is not UTF-8: byte 2 is invalid" in refused("article", Latin1("Größe"))
     assert "text is computed by the block and can only be read" in refused("text", "x")
     # A character beyond 16 bits is two of a WSTRING.
-    assert "note = \"😀😀😀😀a\": WSTRING[8] takes 8 characters, not 9" in refused("note", "😀😀😀😀a")
+    assert "note = \"😀😀😀😀a\": WSTRING[8] holds at most 8 characters, not 9" in refused("note", "😀😀😀😀a")
     assert "length, of type Integer: use fmi2SetInteger" in refused("length", "x")
     assert read("article", "note") == ["B-7ö", "日本😀"]
     slave.reset()

@@ -1,4 +1,4 @@
-//! Function blocks of ABB.
+//! ABB function blocks.
 
 mod hlg;
 

@@ -72,7 +72,7 @@ impl<B: Block> Abreast<B> for Vec<B> {
     }
 }
 
-/// A block that can be stored in lanes: one whose memory can.
+/// A block that can be stored in lanes, as can its memory.
 pub trait InLanes: Block + Lane {
     /// Returns the function of [`Abreast::reader`]; `None` for a row of an inner block.
     fn reader(index: usize) -> Option<ReadLanes<Self>>;

@@ -154,7 +154,7 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     fn get(&self, index: usize) -> Option<Value>;
 
     /// Writes row `index`, whatever its role. Returns false, with nothing changed, if there is no such row or `value`
-    /// has another type.
+    /// has a different type.
     fn set(&mut self, index: usize, value: Value) -> bool;
 
     /// Returns the REAL in row `index`, like [`Block::get`] but in fewer instructions; `None` if the row is not a REAL.
@@ -308,7 +308,7 @@ impl TextType {
     pub fn units(self, text: &str) -> Result<Vec<u16>, String> {
         let units: Vec<u16> = text.encode_utf16().collect();
         if units.len() > self.most.into() {
-            return Err(format!("{} takes {} characters, not {}", self.name(), self.most, units.len()));
+            return Err(format!("{} holds at most {} characters, not {}", self.name(), self.most, units.len()));
         }
         match text.chars().find(|character| !self.is_wide && u32::from(*character) > 0xFF) {
             Some(other) => Err(format!("a STRING holds only ISO 8859-1 characters, and {other:?} is not one of them")),
@@ -364,7 +364,7 @@ impl StaticRow {
 }
 
 impl<S: TableText> Row<S> {
-    /// A variable without a description, range or unit; its type is that of the start value.
+    /// A variable without a description, range or unit; it has the type of the start value.
     pub fn new(name: impl Into<S>, role: Role, start: Value) -> Row<S> {
         Row {
             name: name.into(),

@@ -68,7 +68,7 @@ impl Start {
     /// Returns the rows of the table's settings with their values.
     ///
     /// # Errors
-    /// A setting is unknown, missing or duplicate; a value has another type, is out of range, or is not in the form
+    /// A setting is unknown, missing or duplicate; a value has the wrong type, is out of range, or is not in the form
     /// that [`text`] produces; the time between two calls is below 1 ms.
     pub fn settings<S: TableText>(&self, table: &Table<S>) -> Result<Vec<(usize, Value)>, String> {
         let mut settings: Vec<(usize, Value)> = Vec::with_capacity(self.values.len());

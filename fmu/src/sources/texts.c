@@ -128,7 +128,7 @@ static plcfmu_status_t plcfmu_check_text(plcfmu_component_t *c, const plcfmu_tex
     plcfmu_say_quoted(&value, given);
     if (units > row->most) {
         plcfmu_say(&why, row->type);
-        plcfmu_say(&why, " takes ");
+        plcfmu_say(&why, " holds at most ");
         plcfmu_say_whole(&why, row->most);
         plcfmu_say(&why, " characters, not ");
         plcfmu_say_whole(&why, units);

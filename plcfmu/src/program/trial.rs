@@ -507,7 +507,7 @@ steps = [{ at = "0s", set = { name = "x" }, expect = { name = "y" } }]
         assert!(problem.ends_with(r#"at 0 s: name is "x", expected "y""#), "{problem}");
         let slot = Slot::Text(TextPlace { offset: 0, ty: TextType { most: 4, is_wide: false } });
         let refused = |given: toml::Value| slot.given("name", &given).err().unwrap().to_string();
-        assert_eq!(refused("Valve".into()), "name = \"Valve\": STRING[4] takes 4 characters, not 5");
+        assert_eq!(refused("Valve".into()), "name = \"Valve\": STRING[4] holds at most 4 characters, not 5");
         assert!(refused(toml::Value::Integer(1)).ends_with("which is a string: write it in quotation marks"));
     }
 
