@@ -108,7 +108,7 @@ struct Switch<'a> {
     name: &'a str,
     id: String,
     title: String,
-    /// The blade in each position, and whether it is there at the start.
+    /// The blade in each position, and whether that is the initial position.
     blades: [(&'static str, String, bool); 2],
     contacts: [(Pixels, Pixels); 3],
     labels: [(Pixels, Pixels, &'static str); 2],
@@ -290,7 +290,7 @@ fn booleans(checked: &Checked) -> Vec<bool> {
     found
 }
 
-/// Whether a wire that starts at another one branches off before its end.
+/// Whether a wire starts on another one, from which it branches off.
 fn branches(wires: &[Wire], wire: &Wire) -> bool {
     wires.iter().any(|other| !std::ptr::eq(other, wire) && passes(&other.points, wire.points[0]))
 }

@@ -162,7 +162,7 @@ impl Diagram {
 fn symbol_of(name: &str) -> Result<&'static symbol::Symbol> {
     symbol::named(name).with_context(|| {
         let names: Vec<&str> = SYMBOLS.iter().map(|symbol| symbol.name).collect();
-        format!("uses the unknown symbol {name:?}: available: {}; or put text in quotes", names.join(", "))
+        format!("uses the unknown symbol {name:?}: choose one of {}, or put text in quotes", names.join(", "))
     })
 }
 

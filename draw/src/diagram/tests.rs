@@ -222,7 +222,7 @@ fn a_faulty_line_is_refused_with_its_number_its_text_and_a_remedy() {
          passes: correct the point, or move the line down",
     );
     assert!(refusal("box GAIN 20,5 multiply with GAIN", "box GAIN 20,5 times with GAIN").contains(
-        "uses the unknown symbol \"times\": available: analog_input, analog_output, normalize, dead_band, limit, \
+        "uses the unknown symbol \"times\": choose one of analog_input, analog_output, normalize, dead_band, limit, \
          multiply,"
     ));
     for (other, expected) in [
@@ -230,7 +230,7 @@ fn a_faulty_line_is_refused_with_its_number_its_text_and_a_remedy() {
         ("SP > ON", "ends at the switch ON: specify the contact, ON.FALSE or ON.TRUE"),
         ("SP > x9", "is not a wire from one element to another"),
         ("SP >", "names \"\", which no line describes"),
-        ("SP.left > DIFF", "uses SP other than from its right"),
+        ("SP.left > DIFF", "does not connect to the right side of SP"),
         ("text 1,1 \"e", "has an unclosed quote"),
         ("input SP 1,20", "reuses the name SP from line 3"),
     ] {

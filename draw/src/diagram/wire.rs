@@ -218,10 +218,10 @@ impl Diagram {
                 );
             }
             match element.shape {
-                Shape::Input => format!("uses {name} other than from its right: wires start at an input"),
-                Shape::Output => format!("uses {name} other than from its left: wires end at an output"),
+                Shape::Input => format!("does not connect to the right side of {name}: wires start at an input"),
+                Shape::Output => format!("does not connect to the left side of {name}: wires end at an output"),
                 Shape::Switch { .. } => {
-                    format!("uses {name} incorrectly: write {name}.FALSE or {name}.TRUE for its inputs, and {name} otherwise")
+                    format!("uses {name} incorrectly: write {name}.FALSE or {name}.TRUE for its contacts, and {name} otherwise")
                 }
                 _ => format!("uses {name}, which has no contacts: write {name}, {name}.top or {name}.bottom"),
             }
