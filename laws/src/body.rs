@@ -73,10 +73,7 @@ impl<'r, 'a> Body<'r, 'a> {
             ty => {
                 let kept = ty.kept().ok_or_else(|| {
                     let example = format!("let {name}: Real = ...;");
-                    self.error(
-                        span,
-                        format!("the type of {name} is ambiguous: it is {ty}; declare it, as in {example}"),
-                    )
+                    self.error(span, format!("the type of {name} is ambiguous ({ty}): declare it, as in {example}"))
                 })?;
                 Var::Place(self.new_local(name, kept), ty.clone())
             }

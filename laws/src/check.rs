@@ -22,8 +22,8 @@ pub struct Check {
     /// The index of the function that writes `refusal`, the 1-based number of the message (0 for none), and `refusal_1`
     /// and so on, the numbers in the message.
     pub function: usize,
-    /// The messages. The character U+0001 stands for a number formatted with `{}`, U+0002 for one formatted with
-    /// `{:?}`.
+    /// The messages. The character U+0001 is a placeholder for a number formatted with `{}`, U+0002 for one formatted
+    /// with `{:?}`.
     pub messages: Vec<String>,
 }
 
