@@ -156,7 +156,7 @@ impl<B: Cyclic> Component<B> {
         Ok(reached)
     }
 
-    /// Advises the host, once in the component's lifetime, that a variable is accessed as another type.
+    /// Advises the host, once in the component's lifetime, that a variable is accessed as a different type.
     pub fn advise_on_conversion(&mut self, advice: impl FnOnce() -> String) {
         if !self.is_conversion_advised && self.logged.contains(&Category::ADVICE) {
             self.advice.push(advice());

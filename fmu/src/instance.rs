@@ -201,11 +201,11 @@ impl<B: Cyclic> Instance<B> {
     }
 
     /// Reads variables into `values`, which is as long as `references`. In Initialization Mode, computed variables have
-    /// the values that a restart with the current settings would produce; if the restart would be refused, those of the
-    /// block.
+    /// the values that a restart with the current settings would produce; if the restart would be refused, the
+    /// block's current values.
     ///
     /// # Errors
-    /// A reference is unknown or has another type. In that case, nothing is written.
+    /// A reference is unknown or has a different type. In that case, nothing is written.
     #[inline(always)]
     pub fn get<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
         if self.get_ordinary(references, values) { Ok(()) } else { self.get_checked(references, values) }
@@ -232,8 +232,8 @@ impl<B: Cyclic> Instance<B> {
     /// Writes variables. `values` is as long as `references`.
     ///
     /// # Errors
-    /// A reference is unknown, has another type or cannot be set now, or a value is outside the range of its type. In
-    /// these cases, nothing is written.
+    /// A reference is unknown, has a different type or cannot be set now, or a value is outside the range of its type.
+    /// In these cases, nothing is written.
     #[inline(always)]
     pub fn set<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
         if self.set_ordinary(references, values) { Ok(()) } else { self.set_checked(references, values) }

@@ -81,7 +81,7 @@ pub mod v3;
 
 pub use v2::{CAPABILITIES, describe};
 
-/// The C door of FMI 3.0 with these types, or of FMI 2.0 if there are none.
+/// The FMI 3.0 C door with these types, or the FMI 2.0 one if there are none.
 pub fn door(types: Option<blocks::Types>) -> &'static sources::Door {
     match types {
         None => &v2::sources::DOOR,
@@ -90,7 +90,7 @@ pub fn door(types: Option<blocks::Types>) -> &'static sources::Door {
     }
 }
 
-/// The last line of an FMU's library: adds the C functions of FMI for co-simulation of one block, and
+/// The last line of an FMU's library: adds the C functions for FMI co-simulation of one block, and
 /// `plcfmu_interface`, from which the packer reads the library's description of itself. `export!(functions LIBRARY)`
 /// omits the latter: for the program library, the description depends on the program.
 #[macro_export]

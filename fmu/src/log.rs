@@ -78,7 +78,7 @@ impl Selection {
         self.0 & category.bit != 0
     }
 
-    /// The categories with these names, `None` standing for NULL; all if no name is given.
+    /// The categories with these names, `None` meaning NULL; all if no name is given.
     ///
     /// # Errors
     /// A category is NULL or unknown; the message lists the existing ones.

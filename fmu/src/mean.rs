@@ -14,7 +14,7 @@ impl Mean {
         self.calls += 1;
     }
 
-    /// The mean over the calls in percent, -100 ... 100; if there were no calls, that of the `held` pulse.
+    /// The mean over the calls in percent, -100 ... 100; if there were no calls, the value of the `held` pulse.
     pub fn percent(self, held: i32) -> f64 {
         match self.calls {
             0 => 100.0 * f64::from(held),

@@ -83,8 +83,8 @@ messages! {
         "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the step ends after stopTime = \
          {stop:?}";
     too_many_calls(tc: f64, h: f64, end: f64, cycle: f64):
-        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: from {end:?} on, with one call \
-         every {cycle} s, this is more than 4294967296 calls; make the step shorter";
+        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: from {end:?} onward, with one \
+         call every {cycle} s, this is more than 4294967296 calls; make the step shorter";
     short_step(h: f64, name: &str, cycle: f64, times: f64):
         "communicationStepSize = {h:?}: {name} = {cycle:?} s is {times} times as long, and most steps make \
          no call; is {name} given in ms instead of s?";

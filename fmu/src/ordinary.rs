@@ -89,7 +89,7 @@ pub fn set_reals<B: Cyclic>(block: &mut B, references: &[u32], values: &[f32]) -
 /// Writes one or two REALs.
 #[inline(always)]
 fn set_few_reals<B: Cyclic, T: Number>(block: &mut B, references: &[u32], values: &[T]) -> bool {
-    // Not a loop, in which the compiler would compute the addresses of all REALs first.
+    // Not a loop: in one, the compiler would compute the addresses of all REALs first.
     match (references, values) {
         ([reference], [value]) if takes(block, (reference, value)) => put_real(block, *reference, *value),
         ([first, second], [one, other]) if takes(block, (first, one)) && takes(block, (second, other)) => {
@@ -205,7 +205,7 @@ fn get_few_reals<B: Cyclic, T: From<Real>>(block: &B, references: &[u32], values
     true
 }
 
-/// Reads REALs as 32-bit values; returns false if a variable has another type.
+/// Reads REALs as 32-bit values; returns false if a variable has a different type.
 #[inline(always)]
 pub fn get_reals<B: Cyclic>(block: &B, references: &[u32], values: &mut [f32]) -> bool {
     #[inline(never)]
@@ -225,7 +225,7 @@ pub fn get_reals<B: Cyclic>(block: &B, references: &[u32], values: &mut [f32]) -
     true
 }
 
-/// Reads REALs and LREALs; if a variable has another type, reads any numbers.
+/// Reads REALs and LREALs; if a variable has a different type, reads any numbers.
 #[inline(never)]
 fn get_many<V: Version, B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool
 where

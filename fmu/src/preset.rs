@@ -14,7 +14,7 @@ use blocks::table::start::{self, FILE, LARGEST, Start};
 use blocks::{Block, Table, TableText, Value};
 use std::ffi::CStr;
 
-/// A string passed by a host, with its argument name in the standard; `None` stands for NULL.
+/// A string passed by a host, with its argument name in the standard; `None` means NULL.
 #[derive(Clone, Copy, Debug)]
 pub struct Argument<'a> {
     /// The argument name, for messages.

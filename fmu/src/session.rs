@@ -160,7 +160,7 @@ impl<B: Cyclic> Session<B> {
         }
     }
 
-    /// Makes the call of a step with exactly one.
+    /// Makes the only call of a step that contains exactly one.
     #[inline(always)]
     pub(crate) fn call_once(block: &mut B) {
         let mut mean = Mean::default();

@@ -27,7 +27,7 @@ impl State {
     pub(crate) const LASTING: [State; 5] =
         [State::Instantiated, State::InitializationMode, State::EventMode, State::StepComplete, State::Terminated];
 
-    /// The state in which an instance can be saved that has this number.
+    /// The state with this number, if an instance can be saved in it.
     pub fn numbered(number: u8) -> Option<State> {
         State::LASTING.into_iter().find(|state| *state as u8 == number)
     }

@@ -15,7 +15,7 @@ pub struct InnerInstance {
     pub path: String,
     /// The name of its block.
     pub block: String,
-    /// Whether its law is that of a block in [`blocks`] rather than written in SCL.
+    /// Whether it is a built-in block from [`blocks`] rather than one written in SCL.
     pub is_native: bool,
     /// Its address in memory.
     address: usize,

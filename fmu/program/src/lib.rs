@@ -56,7 +56,7 @@ pub struct Loaded {
     cycle: usize,
     places: Vec<table::RowMemory>,
     texts: Vec<table::TextPlace>,
-    /// The rows set by the host whose variables the program also writes.
+    /// The rows that both the host and the program write.
     in_outs: Vec<usize>,
     /// The index of the function called once at the start.
     startup: Option<usize>,
@@ -357,8 +357,8 @@ static LOADED: Mutex<Option<HashMap<Vec<u8>, Arc<Loaded>>>> = Mutex::new(None);
 impl Library for Program {
     type Block = Program;
 
-    /// The program is in the resources. The identifier that the host read in modelDescription.xml must be that of the
-    /// program or of one of its presets, whose start values are also in the resources.
+    /// The program is in the resources. The identifier that the host read in modelDescription.xml must belong to
+    /// the program or to one of its presets; a preset's start values are also in the resources.
     fn open(identity: Identity, location: Argument) -> Result<Origin<Program>, Refusal> {
         if identity.value.is_none() {
             return Err(format!("{} = NULL: use the FMU's modelDescription.xml", identity.name).into());

@@ -311,7 +311,7 @@ fn row(name: &str, variable: &Variable, role: Role, start: Value, is_unit: fn(&s
     if !is_inside {
         // A CPU also accepts a start value outside the range; FMI does not.
         let shown = |bound: Option<Value>| bound.map_or_else(|| "...".into(), |bound| format!("{:?}", number(bound)));
-        add(format!("range {} to {}, without the start value", shown(min), shown(max)));
+        add(format!("range {} to {}, which excludes the start value", shown(min), shown(max)));
         (min, max) = (None, None);
     }
     let unit = shown.map(str::to_string);

@@ -8,8 +8,8 @@ use std::fmt;
 pub enum Wrong {
     /// Errors in the sources.
     Sources(Vec<Problems>),
-    /// The block to run is not determined: none or several are not called by another block, or the only one cannot run
-    /// on its own. The sources are otherwise correct.
+    /// The block to run cannot be determined: no block, or more than one, is left uncalled by the others, or the only
+    /// such block cannot run on its own. The sources are otherwise correct.
     Choice {
         /// The names of the candidate blocks.
         blocks: Vec<String>,

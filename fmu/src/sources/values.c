@@ -214,7 +214,7 @@ static i64_t plcfmu_pulse(const plcfmu_block_t *block) {
     return pulse;
 }
 
-/* Writes the mean of the pulse over the calls of a step, in percent; if there were no calls, that of the held pulse. */
+/* Writes the mean of the pulse over the calls of a step, in percent; without calls, the value of the held pulse. */
 static void plcfmu_show_mean(plcfmu_block_t *block, i64_t pulses, i64_t calls) {
 #ifdef PLCFMU_MEAN
     double percent = 100.0 * (double)pulses / (double)calls;
@@ -260,7 +260,7 @@ static plcfmu_status_t plcfmu_check_settings(plcfmu_block_t *block, plcfmu_text_
 #endif
 }
 
-/* Restarts a block into another one, keeping the values set by the host. */
+/* Writes a restarted copy of a block to `to`, keeping the values set by the host. */
 static void plcfmu_restart_block(const plcfmu_block_t *from, plcfmu_block_t *to, memory_t *before, plcfmu_text_t *text) {
     memcpy(to, from, sizeof *to);
     to->calls = 0;
@@ -273,8 +273,8 @@ static void plcfmu_restart_block(const plcfmu_block_t *from, plcfmu_block_t *to,
     plcfmu_show_mean(to, 0, 0);
 }
 
-/* A warm restart into another block: resets all variables to their start values, except those set by the host, then
-   calls the startup block, if any. */
+/* Writes a warm-restarted copy of a block to `to`: resets all variables to their start values, except those set by the
+   host, then calls the startup block, if any. */
 static void plcfmu_restart(const plcfmu_block_t *from, plcfmu_block_t *to, memory_t *before, plcfmu_text_t *text) {
     u32_t row;
     if (PLCFMU_IS_BLOCK) {

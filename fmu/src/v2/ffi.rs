@@ -1,4 +1,4 @@
-//! The 34 functions of FMI 2.0 for co-simulation, as a table that specifies each one once: its states, its arguments,
+//! The 34 FMI 2.0 co-simulation functions, as a table that specifies each one once: its states, its arguments,
 //! and the call of the [`Component`]. All unsafe code is here and in `pointers`: pointers become slices and references,
 //! and the host's logger is called. The [`Door`] checks the state, catches panics and logs why a call is refused.
 //!
@@ -118,7 +118,7 @@ fn set_any<B: Cyclic>(c: &mut Component<B>, references: &[u32], values: &[f64]) 
     Ok(())
 }
 
-/// Advises the host, once, that a variable of another type was read or written as a Real.
+/// Advises the host, once, that a variable of a different type was read or written as a Real.
 fn tell_conversion<B: Cyclic>(c: &mut Component<B>, references: &[u32]) {
     let other = references.iter().filter_map(|reference| c.instance.block().table().rows.get(*reference as usize));
     let Some(row) = other.into_iter().find(|row| row.kind.class() != Class::Real) else { return };

@@ -1,4 +1,4 @@
-//! The messages of FMI 2.0, in addition to the shared ones.
+//! The FMI 2.0 messages, in addition to the shared ones.
 
 pub(crate) use crate::messages::*;
 

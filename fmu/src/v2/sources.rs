@@ -4,7 +4,7 @@ use super::{ffi, messages};
 use crate::sources::Door;
 use blocks::{Class, Row};
 
-/// The C door of FMI 2.0.
+/// The FMI 2.0 C door.
 pub static DOOR: Door = Door {
     standard: "FMI 2.0",
     header_name: "fmi2Functions.h",

@@ -1,4 +1,4 @@
-//! Variables of FMI 3.0 by value reference: an array is a single variable with the values of its elements in order, and
+//! FMI 3.0 variables by value reference: an array is a single variable with the values of its elements in order, and
 //! the time is a variable, too.
 
 use super::{Choice, messages};
@@ -53,7 +53,7 @@ fn has_single_values<B: Cyclic>(component: &Component<B>, references: &[u32], co
 /// Reads variables.
 ///
 /// # Errors
-/// A reference is unknown or has another type, or the number of values differs.
+/// A reference is unknown or has a different type, or the number of values differs.
 #[inline(always)]
 pub fn get<V: Choice, B: Cyclic, T: HostType<V>>(
     component: &Component<B>,
@@ -125,8 +125,8 @@ where
 /// Writes variables.
 ///
 /// # Errors
-/// A reference is unknown, has another type or cannot be set now; the number of values differs; or a value is outside
-/// the range of its type. In these cases, nothing is written.
+/// A reference is unknown, has a different type or cannot be set now; the number of values differs; or a value is
+/// outside the range of its type. In these cases, nothing is written.
 #[inline(always)]
 pub fn set<V: Choice, B: Cyclic, T: HostType<V>>(
     component: &mut Component<B>,
@@ -192,7 +192,7 @@ pub fn dependencies<V: Choice, B: Cyclic>(component: &Component<B>, reference: u
     if !is_output || matches!(part, Referent::Inside(_)) {
         return Err(messages::no_dependencies(reference).into());
     }
-    // The results of the last call depend on nothing; those of a restart depend on settings.
+    // The results of the last call depend on nothing; the results of a restart depend on settings.
     if !component.instance.is_before_start() {
         return Ok(Vec::new());
     }

@@ -1,4 +1,4 @@
-//! The 75 functions of FMI 3.0, as a table that specifies each one once, as for FMI 2.0: its states, its arguments, and
+//! The 75 FMI 3.0 functions, as a table that specifies each one once, as for FMI 2.0: its states, its arguments, and
 //! the call of the [`Component`]. The functions of Model Exchange and Scheduled Execution always refuse; they exist
 //! because hosts look up all functions when they load a library.
 //!
@@ -288,7 +288,7 @@ functions! {
         let independents = array_mut(independents, count, "independents")?;
         let independent_elements = array_mut(independent_elements, count, "elementIndicesOfIndependents")?;
         let kinds = array_mut(kinds, count, "dependencyKinds")?;
-        // 0 stands for all elements.
+        // 0 means all elements.
         dependent_elements.fill(0);
         independent_elements.fill(0);
         kinds.fill(DEPENDENT);

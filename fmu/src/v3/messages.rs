@@ -1,4 +1,4 @@
-//! The messages of FMI 3.0, in addition to the shared ones.
+//! The FMI 3.0 messages, in addition to the shared ones.
 
 pub(crate) use crate::messages::*;
 

@@ -1,4 +1,4 @@
-/* The declarations of FMI 2.0 for co-simulation that the C door needs, for users without the FMI headers. Not packed
+/* The FMI 2.0 co-simulation declarations that the C door needs, for users without the FMI headers. Not packed
    into FMUs. */
 #ifndef fmi2Functions_h
 #define fmi2Functions_h

@@ -70,7 +70,7 @@ static fmi2Status plcfmu_check_type(plcfmu_component_t *c, u32_t row, int of, co
     return of == 0 && row < PLCFMU_ROWS ? fmi2OK : plcfmu_check(&c->text, row, of, access);
 }
 
-/* Advises the host, once, that a variable of another type was read or written as a Real. */
+/* Advises the host, once, that a variable of a different type was read or written as a Real. */
 static fmi2Status plcfmu_tell_conversion(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, int of) {
     size_t i;
     for (i = 0; of == 0 && i < count && !c->is_conversion_advised && (c->logged & PLCFMU_ADVICE); i += 1) {

@@ -1,4 +1,4 @@
-/* The declarations of FMI 3.0 for co-simulation that the C door needs, for users without the FMI headers. Not packed
+/* The FMI 3.0 co-simulation declarations that the C door needs, for users without the FMI headers. Not packed
    into FMUs. */
 #ifndef fmi3Functions_h
 #define fmi3Functions_h

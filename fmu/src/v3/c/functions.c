@@ -385,7 +385,7 @@ static fmi3Status plcfmu_get_dependencies(plcfmu_component_t *c, u32_t reference
         return fmi3Error;
     }
     for (i = 0; i < count; i += 1) {
-        /* 0 stands for all elements. */
+        /* 0 means all elements. */
         of_dependent[i] = of_independents[i] = 0;
         independents[i] = plcfmu_independents[depends->first + i];
         kinds[i] = fmi3Dependent;
