@@ -95,7 +95,7 @@ impl Unpacked {
     pub fn new<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Unpacked> {
         let library = library(package)?.clone();
         let folder = Folder::new_in(place).map_err(Error::new);
-        let folder = folder.with_context(|| format!("no folder can be created in {}", place.display()));
+        let folder = folder.with_context(|| format!("cannot create a folder in {}", place.display()));
         let unpacked = folder.and_then(|folder| package.archive.unpack(&Unpacked::path(&folder)).map(|()| folder));
         Ok(Unpacked { description: package.description.clone(), folder: machine::unpacking(unpacked, place)?, library })
     }

@@ -53,7 +53,7 @@ type Failed = (&'static str, c_int);
 pub struct Start<'a> {
     /// The name of the instance.
     pub name: &'a str,
-    /// The GUID, or the instantiation token of FMI 3.0.
+    /// The GUID, or the FMI 3.0 instantiation token.
     pub guid: &'a str,
     /// The location of the unpacked resources: a URI in FMI 2.0, a path in FMI 3.0. FMUs without resources accept
     /// `None`.

@@ -1,4 +1,4 @@
-//! A loaded shared library of FMI 2.0 for co-simulation: its functions as declared in C. [`v3`] is its counterpart for
+//! A loaded FMI 2.0 co-simulation library: its functions as declared in C. [`v3`] is its counterpart for
 //! FMI 3.0.
 //!
 //! The functions remain unsafe to call; [`Instance`](crate::instance::Instance) is the safe interface. Tests and
@@ -127,7 +127,7 @@ pub mod v3;
 pub enum Opened {
     /// An FMI 2.0 library.
     V2(Library),
-    /// A library of FMI 3.0.
+    /// An FMI 3.0 library.
     V3(v3::Library),
 }
 
@@ -222,7 +222,7 @@ fn reason(error: &libloading::Error, path: &Path) -> String {
 /// The remedy, if the reason suggests one.
 fn help(reason: &str) -> &'static str {
     let is_python = reason.contains("undefined symbol: Py") || reason.contains("undefined symbol: _Py");
-    if is_python { ": it needs Python; set LD_PRELOAD to the libpython3 library of that version" } else { "" }
+    if is_python { ": it needs Python; set LD_PRELOAD to the libpython3 library that it was built for" } else { "" }
 }
 
 /// The file name of a library.

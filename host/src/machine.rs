@@ -1,4 +1,4 @@
-//! Faults of the machine, as opposed to those of an FMU.
+//! Machine faults, as opposed to FMU faults.
 
 use anyhow::{Context, Error, Result, anyhow};
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ impl fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// The environment variable that names the folder for temporary files.
+/// The environment variable for the folder for temporary files.
 const VARIABLE: &str = if cfg!(windows) { "TMP" } else { "TMPDIR" };
 
 impl Fault {

@@ -48,7 +48,7 @@ impl Witness {
             }
             MmapOptions::new().len(SIZE).map_raw(&file)
         };
-        Ok(Witness(map().with_context(|| format!("no shared file can be created in {}", folder.display()))?))
+        Ok(Witness(map().with_context(|| format!("cannot create a shared file in {}", folder.display()))?))
     }
 
     fn words(&self) -> &Words {

@@ -1,4 +1,4 @@
-//! Calls an instance of FMI 2.0.
+//! Calls an FMI 2.0 instance.
 
 use super::{DISCARD, Failed, Messages, Stopped, Type, Unset, WARNING, cut, done};
 use crate::library::{CallbackFunctions, Library, Logger, Pointer};
@@ -11,7 +11,7 @@ const CO_SIMULATION: c_int = 1;
 /// The fmi2StatusKind for whether an FMU ends the simulation.
 const TERMINATED: c_int = 3;
 
-/// An instance of FMI 2.0.
+/// An FMI 2.0 instance.
 #[derive(Debug)]
 pub(super) struct Instance {
     pub library: Library,

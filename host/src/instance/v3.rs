@@ -1,4 +1,4 @@
-//! Calls an instance of FMI 3.0.
+//! Calls an FMI 3.0 instance.
 
 use super::{Failed, Message, Messages, Start, Stopped, Type, Unset, WARNING, cut, done, said};
 use crate::library::Pointer;
@@ -14,7 +14,7 @@ const MOST_ENDS: usize = 1000;
 /// The relative remainder of a step that is ignored as a rounding error.
 const ROUNDING: f64 = 1e-9;
 
-/// An instance of FMI 3.0.
+/// An FMI 3.0 instance.
 #[derive(Debug)]
 pub(super) struct Instance {
     pub library: Library,
@@ -269,7 +269,7 @@ impl Instance {
                 return Err(Stopped::Astray(format!("fmi3DoStep repeatedly returned early at {last:?} s")));
             }
             (at, left) = (last, end - last);
-            // An event at the end is handled together with those of other FMUs.
+            // An event at the end is handled together with the events of other FMUs.
             if left <= ROUNDING * size {
                 return Ok(());
             }

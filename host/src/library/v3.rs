@@ -1,4 +1,4 @@
-//! A loaded shared library of FMI 3.0 for co-simulation: its functions as declared in C.
+//! A loaded FMI 3.0 co-simulation library: its functions as declared in C.
 //!
 //! `fmi3Boolean` is C's `bool`. Where a library writes one, it is a `u8` here because it may be neither 0 nor 1.
 

@@ -5,7 +5,8 @@ use object::read::elf::FileHeader;
 use object::read::macho::{FatArch, LoadCommandVariant, MachHeader, MachOFatFile32, MachOFatFile64, MachOFile};
 use object::{Architecture, BinaryFormat, Endianness, File, FileKind, NameOrOrdinal, Object};
 
-/// The function that a library built with `fmu::export!` exports in addition to those of FMI, which returns its table.
+/// The function, exported in addition to the FMI functions, that returns the table of a library built with
+/// `fmu::export!`.
 const TABLE: &str = "plcfmu_interface";
 
 /// The maximum number of architectures in a macOS universal binary.
@@ -18,7 +19,7 @@ pub struct Binary {
     pub system: &'static str,
     /// The target processors, such as `x86_64`: one, or several in a macOS universal binary.
     pub architectures: Vec<String>,
-    /// The exported functions of FMI, sorted.
+    /// The exported FMI functions, sorted.
     pub functions: Vec<String>,
     /// Whether it exports a block's table, like every library built by this tool.
     pub has_table: bool,
@@ -60,7 +61,7 @@ impl Binary {
             bail!("it does not export {missing}");
         }
         match self.functions.iter().find(|name| !functions.contains(&name.as_str())) {
-            Some(name) => Err(anyhow!("it exports {name}, which is not a function of FMI for co-simulation")),
+            Some(name) => Err(anyhow!("it exports {name}, which is not an FMI co-simulation function")),
             None => Ok(()),
         }
     }
@@ -79,7 +80,7 @@ impl Binary {
     /// Checks that a Linux library needs nothing beyond a glibc of this version.
     ///
     /// # Errors
-    /// It needs a newer version or another library.
+    /// It needs a newer version or an additional library.
     pub fn check_portable(&self, glibc: &str) -> Result<()> {
         if let Some(own) = self.glibc.as_deref().filter(|own| version(own) > version(glibc)) {
             bail!("it needs glibc {own}; a portable library needs {glibc} or older");
@@ -253,7 +254,7 @@ mod tests {
         binary.functions.push("fmiNewDiscreteStates".into());
         assert_eq!(
             sentence(binary.check_functions(&FUNCTIONS)),
-            "it exports fmiNewDiscreteStates, which is not a function of FMI for co-simulation"
+            "it exports fmiNewDiscreteStates, which is not an FMI co-simulation function"
         );
         binary.functions.retain(|name| name != "fmiDoStep" && name != "fmiReset");
         assert_eq!(sentence(binary.check_functions(&FUNCTIONS)), "it does not export fmiDoStep, fmiReset");

@@ -447,7 +447,7 @@ mod tests {
         let more: Vec<&str> = [FUNCTIONS, fmu::v3::ffi::FUNCTIONS, &["fmiOther"]].concat();
         assert_eq!(
             refusal(&macos(object::Architecture::X86_64, &more), "darwin64"),
-            "it exports fmiOther, which is not a function of FMI for co-simulation"
+            "it exports fmiOther, which is not an FMI co-simulation function"
         );
         assert_eq!(
             refusal(&library(true, "{2} Pumps."), "darwin64"),
