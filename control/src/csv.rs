@@ -664,7 +664,7 @@ fn separator(text: &str) -> u8 {
         let share = if usual > 1 { 100 * equal / widths.len().max(1) } else { 0 };
         (share, separator)
     });
-    // The first of those that are almost equally good; a decimal comma may result in more fields.
+    // The first of several nearly equal candidates; a decimal comma may result in more fields.
     let best = rated.iter().map(|(share, _)| *share).max().unwrap_or(0);
     rated.iter().find(|(share, _)| *share > 0 && *share + 10 >= best).map_or(b',', |(_, separator)| *separator)
 }

@@ -1,4 +1,4 @@
-//! Formats values for people.
+//! Formats values for display.
 
 pub use modeldescription::digits::number;
 use modeldescription::{Row, units};

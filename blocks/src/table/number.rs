@@ -114,7 +114,7 @@ pub fn of_exact(integer: i128, kind: Kind) -> Result<Value, &'static str> {
     }
 }
 
-/// Formats a REAL for people: the shortest decimal form that distinguishes it from its neighbours, with an exponent if
+/// Formats a REAL for display: the shortest decimal form that distinguishes it from its neighbours, with an exponent if
 /// it is below 1e-5, or 1e9 or more.
 pub fn shown(real: f32) -> String {
     let is_short = real == 0.0 || (1e-5..1e9).contains(&real.abs());

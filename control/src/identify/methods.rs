@@ -83,8 +83,8 @@ fn integral(step: &Step, to: f64, function: impl Fn(f64) -> f64) -> f64 {
     sum
 }
 
-/// Finds the steepest point of the response: the slope of a straight line through as many samples as are needed to
-/// determine it to five percent despite the noise, but through at most a tenth of the record.
+/// Finds the steepest point of the response: the slope of a straight line through enough samples to determine it
+/// to five percent despite the noise, but through at most a tenth of the record.
 fn steepest(step: &Step) -> Result<Tangent> {
     let neighbours = step.times.len().div_ceil(MOST_SAMPLES).max(1);
     let means = |values: &[f64]| {

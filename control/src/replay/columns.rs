@@ -225,7 +225,7 @@ impl Recording {
             of.values.push(if of.is_output_column { last } else { f64::NAN });
         }
         self.end = None;
-        // The calls are as many rows apart as before, but one row earlier.
+        // The calls are still the same number of rows apart, but one row earlier.
         let mut calls = (0..self.rows).filter(|row| !self.between.contains(row));
         if !self.between.is_empty()
             && let (Some(first), Some(second)) = (calls.next(), calls.next())
