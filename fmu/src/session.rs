@@ -62,8 +62,8 @@ impl<B: Cyclic> Session<B> {
         Ok(())
     }
 
-    /// Advice if a step of `h` seconds is so much shorter than the time between two calls that CYCLE may be in the wrong
-    /// unit.
+    /// Advice if a step of `h` seconds is so much shorter than the time between two calls that CYCLE may be in the
+    /// wrong unit.
     pub fn advice_on_step(&self, h: f64) -> Option<String> {
         let cycle = self.clock.period();
         // Steps below a microsecond are rounding remainders of a host's time.

@@ -308,7 +308,7 @@ impl Diagnosis<'_> {
     }
 
     /// Drops explanations that change more settings than needed: if one limit explains everything, a second one is
-    /// superfluous. If only switches are recorded and an explanation needs no tolerance, drops those that do.
+    /// superfluous. If only switches are recorded and an explanation needs no tolerance, also drops those that do.
     fn keep_likeliest(&self, tried: &mut Vec<Tried>) {
         let fits = |of: &Tried| of.outcome.different() == 0 && !of.rows.is_empty();
         // An explanation by settings needs no missed calls.

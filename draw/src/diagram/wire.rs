@@ -221,7 +221,7 @@ impl Diagram {
                 Shape::Input => format!("does not connect to the right side of {name}: wires start at an input"),
                 Shape::Output => format!("does not connect to the left side of {name}: wires end at an output"),
                 Shape::Switch { .. } => {
-                    format!("uses {name} incorrectly: write {name}.FALSE or {name}.TRUE for its contacts, and {name} otherwise")
+                    format!("misuses {name}: write {name}.FALSE or {name}.TRUE for a contact, and {name} otherwise")
                 }
                 _ => format!("uses {name}, which has no contacts: write {name}, {name}.top or {name}.bottom"),
             }
