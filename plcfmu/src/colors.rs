@@ -1,4 +1,4 @@
-//! Assigns each signal one colour in all pictures, those of the pages and those of a run.
+//! Assigns each signal the same colour in all pictures, on the pages and in the plots of a run.
 
 use anyhow::{Context, Result};
 use blocks::{Block, EachBlock};

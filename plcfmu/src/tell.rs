@@ -60,7 +60,7 @@ pub fn warning(text: &str) {
     beside("warning", AnsiColor::Yellow, text);
 }
 
-/// Prints a remark: something may surprise.
+/// Prints a remark: something may surprise the user.
 pub fn remark(text: &str) {
     beside("remark", AnsiColor::Cyan, text);
 }

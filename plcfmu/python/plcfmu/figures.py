@@ -1,4 +1,4 @@
-"""Quality figures of a loop, computed by the command `plcfmu`: the same as in the parameter tool and in studies.
+"""Quality figures of a loop, computed by the command `plcfmu`, as in the parameter tool and in studies.
 
 The functions take arrays: the times in seconds and the values at these times.
 """

@@ -34,7 +34,7 @@ def checkout() -> Optional[pathlib.Path]:
 
 
 def fmu_folder(folder: Optional[Path] = None) -> pathlib.Path:
-    """The folder in which FMUs are searched for. It need not exist.
+    """The folder that is searched for FMUs. It need not exist.
 
     Raises FmuNotFoundError if no folder is specified, PLCFMU_FMUS is not set, no FMU was installed with the package,
     and the package is not part of a checkout.

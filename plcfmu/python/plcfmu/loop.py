@@ -106,7 +106,7 @@ class _Loop:
         self.given: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
 
     def find(self, signal: str) -> tuple[Instance, str]:
-        """The instance and the variable's name of INSTANCE.VARIABLE; both may contain dots."""
+        """Splits INSTANCE.VARIABLE into the instance and the variable's name; both may contain dots."""
         for name in sorted(self.instances, key=len, reverse=True):
             if signal.startswith(f"{name}."):
                 variable = self.instances[name].variable(signal[len(name) + 1 :])

@@ -1,6 +1,6 @@
 """Studies: one loop, run many times with different values, in processes of this machine or on a cluster.
 
-Everywhere, `plcfmu study` makes the runs, so that the same study yields the same files on any cluster.
+The runs are always made by `plcfmu study`, so the same study yields the same files on any cluster.
 """
 
 from __future__ import annotations
@@ -183,12 +183,12 @@ def study(
     format: str = "parquet",
     progress: bool = True,
 ) -> StudyResult:
-    """Makes all runs of a study on a Dask cluster: study("tolerance.toml", client="tcp://10.0.0.5:8786").
+    """Runs a study on a Dask cluster: study("tolerance.toml", client="tcp://10.0.0.5:8786").
 
     `path` is a study.toml, or the study.json of a bundle. `out` is the folder for the results; by default, NAME_results
     in the current folder. The final results are identical to those of `plcfmu study` on one machine, to the last byte.
 
-    - `client`: where the runs are made. A Dask `Client`; the address of a scheduler; or None for a cluster on this
+    - `client`: where the study runs. A Dask `Client`; the address of a scheduler; or None for a cluster on this
       machine's cores, which is closed at the end.
     - `fmus`: the folder of the loop's FMUs; by default, that of the loop's description.
     - `expect`: one or several expectations of the runs, such as "overshoot < 10 %"; `StudyResult.unmet` lists those

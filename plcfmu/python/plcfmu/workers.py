@@ -142,7 +142,7 @@ def part(worker: Worker, task: Task, span: Span) -> bytes:
 
 
 def program_of(version: str) -> pathlib.Path:
-    """The program plcfmu on this machine. Raises WorkerError if it is missing or has another version."""
+    """The program plcfmu on this machine. Raises WorkerError if it is missing or has a different version."""
     try:
         program = command()
     except CommandNotFoundError as error:

@@ -140,7 +140,7 @@ fn pass_on(said: impl Read) {
     lines.filter(|line| !line.trim_start().starts_with("Finished ")).for_each(|line| eprintln!("{line}"));
 }
 
-/// Runs a cargo command that builds, for `crates`, and returns the paths of their libraries, by package.
+/// Runs a cargo build command for `crates`, and returns the paths of their libraries, by package.
 fn built(mut build: Command, crates: &[FmuCrate], platform: &Platform) -> Result<BTreeMap<String, PathBuf>> {
     for fmu_crate in crates {
         build.args(["--package", &fmu_crate.name]);
@@ -177,11 +177,11 @@ pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage
         }
     };
     build.current_dir(&workspace.root).args(["--profile", "library", "--target", &target, "--target-dir"]).arg(folder);
-    // A workspace without this profile builds its libraries as its releases.
+    // In a workspace without this profile, libraries are built like releases.
     build.env("CARGO_PROFILE_LIBRARY_INHERITS", "release");
     build.env("CARGO_ENCODED_RUSTFLAGS", flags(workspace, platform)).env_remove("RUSTFLAGS");
     if platform.is_macos() {
-        // The linker strips (see `platform_flags`): another program's stripping would spoil the signature.
+        // The linker strips (see `platform_flags`): stripping by another program would invalidate the signature.
         build.env("MACOSX_DEPLOYMENT_TARGET", MACOS).env("CARGO_PROFILE_LIBRARY_STRIP", "none");
     }
     Ok(build)
@@ -213,7 +213,7 @@ fn platform_flags(platform: &Platform) -> &'static [&'static str] {
         // Without the link time, the same sources yield the same bytes.
         &["-Clink-arg=-Wl,--no-insert-timestamp"]
     } else if platform.target.ends_with("-windows-msvc") {
-        // With a static C runtime: not every Windows has VCRUNTIME140.dll.
+        // With a static C runtime: not every Windows system has VCRUNTIME140.dll.
         &["-Ctarget-feature=+crt-static", "-Clink-arg=/Brepro"]
     } else if platform.is_macos() {
         // rpath sets a library name without this machine's path.

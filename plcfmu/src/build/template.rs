@@ -74,7 +74,7 @@ impl Names {
         let words: Vec<&str> = identifier.split('_').filter(|word| !word.is_empty()).collect();
         let mut type_name: String = words.iter().map(|word| word[..1].to_uppercase() + &word[1..]).collect();
         if words.len() == 1 {
-            // A single word may be a type of Rust or of `blocks`, such as Option or Time.
+            // A single word may be the name of a type in Rust or in `blocks`, such as Option or Time.
             type_name.push_str("Block");
         }
         Ok(Names { package: package.into(), block: identifier.to_uppercase(), type_name })

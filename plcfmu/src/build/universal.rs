@@ -8,7 +8,7 @@ use object::read::macho::MachHeader;
 /// Each library begins at a multiple of 2 to this power, the page size of Apple's processors.
 const ALIGNMENT: u32 = 14;
 
-/// Joins libraries for one processor each.
+/// Joins libraries that are each for a single processor.
 ///
 /// # Errors
 /// One of them is not a 64-bit macOS library, or two are for the same processor.

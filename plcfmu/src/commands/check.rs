@@ -170,7 +170,7 @@ struct Verdict {
     what: Option<String>,
     /// Violations of the standard and obstacles to an importer.
     errors: Vec<String>,
-    /// Violations of the standard that no importer minds.
+    /// Violations of the standard that importers tolerate.
     departures: Vec<String>,
     /// Features that are allowed but may surprise.
     remarks: Vec<String>,

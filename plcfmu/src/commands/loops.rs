@@ -94,7 +94,7 @@ impl Arguments {
         Ok(blocks)
     }
 
-    /// The loops of all files that have one of the names, or all loops if no name is given. Prints remarks on the
+    /// The loops with one of the given names in all files, or all loops if no name is given. Prints remarks on the
     /// files.
     ///
     /// # Errors

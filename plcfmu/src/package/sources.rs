@@ -1,5 +1,5 @@
 //! The C source in a block's FMU: its law, read from the Rust source and printed, between table and door. The C
-//! compares the hash of its calls with the hash of the same calls of the library built from that Rust source.
+//! code compares a hash of its calls with the hash of the same calls to the library built from that Rust source.
 
 use crate::build::workspace::{FmuCrate, Workspace};
 use anyhow::{Context, Result, anyhow, ensure};

@@ -154,7 +154,7 @@ impl Server {
     /// An address of the page, valid for one browser.
     ///
     /// # Errors
-    /// The system has no random numbers.
+    /// The system cannot provide random numbers.
     pub fn address(&self) -> Result<String> {
         self.access.address()
     }

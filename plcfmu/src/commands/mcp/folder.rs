@@ -22,8 +22,7 @@ impl Folder {
         folder.map(Folder).context("the current folder cannot be read")
     }
 
-    /// Rejects a string in a request that leads out of the folder if read as a path. Any string may be a path.
-    ///
+    /// Rejects a string in a request that, read as a path, leads out of the folder. Any string may be a path.
     pub(super) fn ensure_inside(&self, text: &str) -> Result<()> {
         self.ensure_within(Path::new(""), text)
     }
