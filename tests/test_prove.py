@@ -23,7 +23,7 @@ def source(prove, tmp_path):
     done = prove("CONT_C", "--calls", 300, "--out", path)
     assert done.returncode == 0, done.stderr
     assert "cycles   300: 3 s at a cycle time of 10 ms" in done.stdout
-    assert 'call     "PROVE_CONT_C_DB"(); once in each cycle' in done.stdout
+    assert 'call     "PROVE_CONT_C_DB"(); once per cycle' in done.stdout
     text = path.read_text()
     starts = dict(re.findall(r"^    (magic|layout|seed|tape|calls) := (?:DW#16#)?(\w+);$", text, re.M))
     return text, starts

@@ -322,7 +322,7 @@ def test_a_study_that_was_interrupted_goes_on(study, with_faulty, tmp_path):
     assert process.returncode == 130
     assert "an FMU's results after a reset differ from those of a new instance" in errors
     # The third run never returns. The second may not have been sent before.
-    kept = r"interrupted: [12] of 3 runs are kept; the same command with --resume makes the others"
+    kept = r"interrupted: [12] of 3 runs are kept; the same command with --resume completes the study"
     assert re.search(kept, errors), errors
     assert not (tmp_path / "out/runs.csv").exists()
     done = study("--out=out", "--format=csv", "--time-limit=0.5", "--resume", file="hangs.toml", fmus=with_faulty)

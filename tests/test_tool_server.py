@@ -329,7 +329,7 @@ def test_a_body_that_is_too_large_is_refused_before_it_is_sent(tool, what, kind,
     connection.endheaders()
     answer = connection.getresponse()
     assert answer.status == 413
-    assert json.loads(answer.read())["error"]["message"] == f"this is larger than {most} MiB, the maximum that the server accepts"
+    assert json.loads(answer.read())["error"]["message"] == f"the request is larger than {most} MiB, the maximum that the server accepts"
     connection.close()
 
 

@@ -208,7 +208,7 @@ def test_an_archive_without_the_library_of_programs_does_not_pass(files, tmp_pat
                 lacking.addfile(member, archive.extractfile(member))
     done = tried(tmp_path)
     assert done.returncode == 1
-    assert done.stderr.startswith(f"error: {packed.name}: plcfmu build tank.scl --cycle=500ms ended with status 1:\n")
+    assert done.stderr.startswith(f"error: {packed.name}: plcfmu build tank.scl --cycle=500ms exited with status 1:\n")
     assert "the program library is missing: it belongs in the folder programs next to " in done.stderr
 
 

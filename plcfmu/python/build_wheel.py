@@ -114,7 +114,7 @@ def build(fmus: list[pathlib.Path], programs: pathlib.Path, out: pathlib.Path, t
         command += ["--zig", "--compatibility", "manylinux2014"]
     done = subprocess.run(command, cwd=staged, env=environment(target))
     if done.returncode != 0:
-        sys.exit(f"error: maturin ended with status {done.returncode}")
+        sys.exit(f"error: maturin exited with status {done.returncode}")
     (wheel,) = built.glob("*.whl")
     return place(wheel.read_bytes(), out / wheel.name)
 

@@ -29,7 +29,7 @@ def cargo(*arguments: str) -> str:
     command = [os.environ.get("CARGO", "cargo"), *arguments, "--locked", "--manifest-path", str(PLCFMU / "Cargo.toml")]
     done = subprocess.run(command, stdout=subprocess.PIPE, encoding="utf-8")
     if done.returncode != 0:
-        sys.exit(f"error: {' '.join(command)} ended with status {done.returncode}")
+        sys.exit(f"error: {' '.join(command)} exited with status {done.returncode}")
     return done.stdout
 
 

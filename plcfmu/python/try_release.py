@@ -55,7 +55,7 @@ def attempt(command: pathlib.Path, what: pathlib.Path, folder: pathlib.Path) -> 
     for arguments in (BUILD, RUN):
         done = subprocess.run([str(command), *arguments], cwd=folder, env=variables, capture_output=True, text=True)
         if done.returncode != 0:
-            sys.exit(f"error: {what.name}: plcfmu {' '.join(arguments)} ended with status {done.returncode}:\n{done.stderr}")
+            sys.exit(f"error: {what.name}: plcfmu {' '.join(arguments)} exited with status {done.returncode}:\n{done.stderr}")
     last = done.stdout.split()[-1]
     if last.partition(",")[2] not in ("true", "1"):
         sys.exit(f"error: {what.name}: after the start, the inlet of a tank at 20 % is not open: the run ended with {last}")

@@ -69,7 +69,7 @@ fn read_plc(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
 
 #[cfg(not(feature = "s7"))]
 fn read_plc(name: &str, _blocks: &[Arc<BlockType>], _options: &Options) -> Result<Reading> {
-    bail!("{name}: this build of plcfmu cannot read a PLC: it lacks the feature s7")
+    bail!("{name}: this build of plcfmu cannot read a PLC: rebuild it with the feature s7")
 }
 
 /// Reads the loops of a file as [`read`] does, for all blocks of the catalogue.

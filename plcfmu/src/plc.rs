@@ -124,7 +124,7 @@ fn connect(address: &Address) -> Result<TcpStream> {
         place.with_context(|| format!("the host name {host} is unknown: check it, or use the PLC's IP address"))?;
     let stream = TcpStream::connect_timeout(&place, PATIENCE).map_err(|error| match error.kind() {
         ErrorKind::ConnectionRefused => {
-            anyhow!("{host} refuses connections to port {port}: it is not an S7, or a firewall blocks the port")
+            anyhow!("{host} refuses connections to port {port}: it is not an S7 PLC, or a firewall blocks the port")
         }
         ErrorKind::TimedOut => anyhow!(
             "{host} does not answer within {} s: check the address, the cable, and that port {port} passes the firewalls",
@@ -199,7 +199,7 @@ fn read(stream: &mut (impl Read + Write), address: &Address, start: usize, lengt
     Ok(bytes[..length].to_vec())
 }
 
-const NO_S7: &str = "the answer is not from an S7: check the address and the port";
+const NO_S7: &str = "the answer is not from an S7 PLC: check the address and the port";
 
 fn wrong_place(address: &Address) -> String {
     format!(

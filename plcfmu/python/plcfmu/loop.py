@@ -96,7 +96,7 @@ class _Loop:
         for instance in [*controllers, *plants]:
             if instance.name in self.instances:
                 raise ValueError(
-                    f"two FMUs of the loop are named {instance.name}: give one another name, as in "
+                    f"two FMUs of the loop are named {instance.name}: give one of them a different name, as in "
                     f'fmus.start("{instance.name}", name="{instance.name}_2")'
                 )
             self.instances[instance.name] = instance

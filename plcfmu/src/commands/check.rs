@@ -37,7 +37,7 @@ pub struct Options {
     /// The FMUs, and the sources of a program
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
-    /// Also load the library for this machine and make some steps: this runs its code
+    /// Also load the library for this machine and run a few steps: this executes its code
     #[arg(long)]
     pub run: bool,
     /// Print the findings as JSON, for scripts
@@ -192,7 +192,7 @@ impl Verdict {
         let untried = self.untried.iter().map(|why| format!("could not be tried: {why}"));
         let verdict = match (self.errors.is_empty() && self.untried.is_none(), self.departures.is_empty()) {
             (false, _) => None,
-            (true, false) => Some("departs from the standard, but the tools tried can run it".to_string()),
+            (true, false) => Some("departs from the standard, but runs in the tools tested".to_string()),
             (true, true) => Some("ok".to_string()),
         };
         let lines = self.what.iter().cloned().chain(errors).chain(departures).chain(remarks).chain(others);

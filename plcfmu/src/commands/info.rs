@@ -538,9 +538,9 @@ mod tests {
   Kind            FMI 2.0 for co-simulation and model exchange
   GUID            {12}
   Made by         Tool 1
-  Libraries       linux64: 2 kB, x86_64, 1 functions of FMI 2.0, needs glibc 2.17 or newer, loads
+  Libraries       linux64: 2 kB, x86_64, 1 FMI 2.0 functions, needs glibc 2.17 or newer, loads
                   libc.so.6 libm.so.6
-                  darwin64: 2 kB, x86_64 and aarch64, 0 functions of FMI 2.0, install name
+                  darwin64: 2 kB, x86_64 and aarch64, 0 FMI 2.0 functions, install name
                   @rpath/pump.dylib
                   win64: 2 kB; it is damaged
   Capabilities    canInterpolateInputs: accepts derivatives of inputs

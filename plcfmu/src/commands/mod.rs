@@ -165,7 +165,7 @@ fn refuse_folders(files: &[PathBuf]) -> Result<()> {
 fn functions(binary: &Binary, description: &Description) -> String {
     let prefix = if description.is_fmi_3() { library::v3::PREFIX } else { library::PREFIX };
     let count = binary.functions.iter().filter(|name| name.starts_with(prefix)).count();
-    format!("{count} functions of FMI {}", description.fmi_version)
+    format!("{count} FMI {} functions", description.fmi_version)
 }
 
 /// A string from a foreign FMU, safe to print: at most `longest` characters, on one line, without control characters.

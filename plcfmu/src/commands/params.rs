@@ -100,7 +100,7 @@ fn write(target: &str, options: &Options, loops: &[Loop]) -> Result<()> {
     replacing(file, || temporary::place(file, |to| to.write_all(&bytes).context("writing"), |_| Ok(())))?;
     if format == Format::Dump {
         tell::remark(&format!(
-            "{target}: outputs are 0; the block's internal memory after them is unknown and left out"
+            "{target}: outputs are 0; the block's internal memory, which follows them, is unknown and left out"
         ));
     }
     let values: usize = loops.iter().map(|one| one.settings.len()).sum();

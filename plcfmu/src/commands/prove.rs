@@ -91,13 +91,13 @@ fn write(options: &Options) -> Result<()> {
     let seconds = tape.calls as f64 / 100.0;
     let mut text = format!("{}: {} calls of {}, {}\n", out.display(), tape.calls, names.block, kilobytes(source.len()));
     text += &format!(
-        "tape     {} of load memory and as much work memory, in {blocks} data block{} of at most {}\n",
+        "tape     {} of load memory and the same amount of work memory, in {blocks} data block{} of at most {}\n",
         kilobytes(bytes),
         if blocks == 1 { "" } else { "s" },
         kilobytes(bytes.min(prove::largest(dialect)))
     );
     text += &format!("cycles   {}: {seconds} s at a cycle time of 10 ms\n", tape.calls);
-    text += &format!("call     {} once in each cycle\n", prove::call(&tape, &names, dialect));
+    text += &format!("call     {} once per cycle\n", prove::call(&tape, &names, dialect));
     text += &format!("result   {}\n", prove::result(&tape, &names, dialect));
     print(&text)
 }
@@ -144,5 +144,5 @@ fn of_plc(from: &str) -> Result<Vec<u8>> {
 
 #[cfg(not(feature = "s7"))]
 fn of_plc(_: &str) -> Result<Vec<u8>> {
-    bail!("this build of plcfmu cannot read a PLC: it lacks the feature s7; it would read {RESULT_BYTES} bytes")
+    bail!("this build of plcfmu cannot read the {RESULT_BYTES} bytes from a PLC: rebuild it with the feature s7")
 }

@@ -92,8 +92,8 @@ Event Mode (FMI 3.0):
 
 Initialization:
   Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then \
-   propagate from outputs to inputs, in the order of the FMUs, until none changes, but at most as many times as there \
-   are FMUs, and only once with --parallel. Then each FMU leaves Initialization Mode.
+   propagate from outputs to inputs, in the order of the FMUs, until none changes, but in at most one pass per FMU, \
+   and in a single pass with --parallel. Then each FMU leaves Initialization Mode.
 
 Rows of the recording:
   A row belongs to a time: the beginning of each step, and the end of the run. An input has the value that its FMU \

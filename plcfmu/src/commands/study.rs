@@ -235,7 +235,9 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     drop(progress);
     made?;
     if pool.is_interrupted() {
-        bail!(Interrupted(format!("{done} of {count} runs are kept; the same command with --resume makes the others")));
+        bail!(Interrupted(format!(
+            "{done} of {count} runs are kept; the same command with --resume completes the study"
+        )));
     }
     Ok(())
 }
@@ -405,7 +407,7 @@ impl Again<'_> {
         let difference = differing.next().map(|(figure, (row, anew))| {
             let [row, anew] =
                 [row, anew].map(|value| if value.is_nan() { "no value".into() } else { format!("{value:?}") });
-            format!("{} is {row} in the table, but {anew} with new instances", figure.name)
+            format!("{} is {row} in the table, but {anew} when repeated with new instances", figure.name)
         });
         self.runs.insert(run, difference);
         Ok(())
@@ -428,7 +430,7 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     // Only replace the table of an older study, not just any file with this name.
     let has_older = out.join("summary.json").is_file();
     if let Err(error) = study::clear(&out.join("pictures"), report::is_picture) {
-        tell::warning(&format!("older pictures are kept: {error:#}"));
+        tell::warning(&format!("older pictures remain: {error:#}"));
     }
     for problem in report::write(out, report)? {
         tell::warning(&problem);
@@ -485,11 +487,15 @@ mod tests {
         assert_eq!(again.warning(), None);
         again.compare(1, &[2.0, 0.1]).unwrap();
         let warning = again.warning().unwrap();
-        let said = "run 1: iae is 1.5 in the table, but 0.1 with new instances; 1 of 2 repeated runs differ:";
+        let said =
+            "run 1: iae is 1.5 in the table, but 0.1 when repeated with new instances; 1 of 2 repeated runs differ:";
         assert!(warning.starts_with(said) && warning.contains("--new-instances"), "{warning}");
         again.compare(0, &[2.0, 1.5]).unwrap();
         let warning = again.warning().unwrap();
-        assert!(warning.starts_with("run 0: rise is no value in the table, but 2.0 with new instances;"), "{warning}");
+        assert!(
+            warning.starts_with("run 0: rise is no value in the table, but 2.0 when repeated with new instances;"),
+            "{warning}"
+        );
     }
 
     #[test]

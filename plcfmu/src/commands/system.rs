@@ -23,10 +23,10 @@ pub struct Arguments {
     ///
     /// An FMU is named after its file; NAME= renames it, which is needed to use the same file twice. A description
     /// (.toml, or - for standard input) lists FMUs, connections, values and times; options extend or override it. A PLC
-    /// parameter file (.awl, .scl, .db, .xml, .json) stands for one FMU per loop, with the loop's name and values;
+    /// parameter file (.awl, .scl, .db, .xml, .json) adds one FMU per loop, with the loop's name and values;
     /// --fmus names the folder of the FMUs. The sources of a PLC program (.scl, .udt, .db, .s7dcl, .xml, .awl), its tag
-    /// tables, or the folder of both stand for the FMU that `plcfmu build` makes from them together, named after the
-    /// first file.
+    /// tables, or the folder of both add the FMU that `plcfmu build` makes from them together, named after the first
+    /// file.
     #[arg(value_name = "[NAME=]FILE.fmu|FILE.toml|FILE.scl|FOLDER", required = true)]
     files: Vec<String>,
     /// The folder of the FMUs named by a description or a parameter file; by default, the description's own folder
@@ -112,7 +112,7 @@ impl Arguments {
             let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
             if extension.is_some_and(|extension| extension == "toml") || file == Source::STANDARD_INPUT {
                 if has_description {
-                    bail!("{file} is a second description: name only one, and any FMUs to add to it");
+                    bail!("{file} is a second description: name only one description, and any FMUs to add to it");
                 }
                 has_description = true;
                 let members = std::mem::take(&mut system.members);
@@ -219,7 +219,7 @@ pub fn packed(system: &System) -> Result<(System, Option<temporary::Folder>)> {
         member.path = path;
         if !warnings.is_empty() {
             let sources: Vec<String> = program.sources.iter().map(|path| path.display().to_string()).collect();
-            packed.remarks.push(format!("{name} has warnings: plcfmu check {}", sources.join(" ")));
+            packed.remarks.push(format!("{name} has warnings; to show them, run plcfmu check {}", sources.join(" ")));
         }
     }
     Ok((packed, Some(folder)))

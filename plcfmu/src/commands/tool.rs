@@ -184,7 +184,7 @@ fn add_folder(fmus: &mut Vec<Known>, folder: &Path, starter: Option<&Starter>) -
             .and_then(|is_preset| if is_preset { Ok(None) } else { Known::open(&path, starter).map(Some) })
         {
             Ok(Some(known)) if known.is_foreign() => {
-                tell::remark(&format!("{} is a foreign FMU: name it to use it", path.display()));
+                tell::remark(&format!("{} is a foreign FMU: name it on the command line to use it", path.display()));
             }
             Ok(known) => fmus.extend(known),
             Err(error) => tell::warning(&format!("{}: {error:#}", path.display())),

@@ -95,7 +95,7 @@ fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
     };
     if let count @ 2.. = build.configurations.len() {
         report.remarks.push(format!(
-            "{BUILD_DESCRIPTION}: it has {count} build configurations, of which some hosts read only the first"
+            "{BUILD_DESCRIPTION}: it has {count} build configurations, but some hosts read only the first"
         ));
     }
     let kinds = [&package.description.co_simulation, &package.description.model_exchange];
@@ -201,7 +201,7 @@ fn is_for(binary: &Binary, folder: &str) -> Result<()> {
     };
     ensure!(
         binary.system == system && is_enough,
-        "it is a library of {} for {}; {folder} needs one of {system} for {}",
+        "it is a {} library for {}; {folder} needs a {system} library for {}",
         binary.system,
         binary.architectures.join(" and "),
         processors.join(" and ")
@@ -262,7 +262,7 @@ pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()>
 pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()> {
     ensure!(
         package.description.co_simulation.is_some(),
-        "it is for model exchange only and cannot make steps by itself"
+        "it is for model exchange only and cannot be stepped without a solver"
     );
     let fmu = Fmu::load(package, place)?;
     let description = &fmu.description;
@@ -438,11 +438,11 @@ mod tests {
         super::library(&good, "darwin64", &interface(), false).unwrap();
         assert_eq!(
             refusal(&good, "win64"),
-            "it is a library of macOS for x86_64; win64 needs one of Windows for x86_64"
+            "it is a macOS library for x86_64; win64 needs a Windows library for x86_64"
         );
         assert_eq!(
             refusal(&macos(object::Architecture::Arm, FUNCTIONS), "darwin64"),
-            "it is a library of macOS for arm; darwin64 needs one of macOS for x86_64 and aarch64"
+            "it is a macOS library for arm; darwin64 needs a macOS library for x86_64 and aarch64"
         );
         let more: Vec<&str> = [FUNCTIONS, fmu::v3::ffi::FUNCTIONS, &["fmiOther"]].concat();
         assert_eq!(
@@ -495,7 +495,7 @@ mod tests {
         }
         assert_eq!(
             report(Some(&build(&good.repeat(2)))).remarks,
-            ["sources/buildDescription.xml: it has 2 build configurations, of which some hosts read only the first"]
+            ["sources/buildDescription.xml: it has 2 build configurations, but some hosts read only the first"]
         );
         assert_eq!(
             report(None).departures,

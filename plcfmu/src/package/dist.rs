@@ -290,7 +290,7 @@ fn names(folder: &Path, end: &str) -> Result<Vec<String>> {
 
 /// The table of all files, in Markdown.
 fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
-    let mut table = String::from("# Contents\n\n| file | for | kB | what it is |\n|---|---|---|---|\n");
+    let mut table = String::from("# Contents\n\n| file | for | kB | description |\n|---|---|---|---|\n");
     for (name, bytes) in files {
         let (platforms, what) = match ADDED.iter().find_map(|(end, what)| Some((name.strip_suffix(end)?, what))) {
             _ if name == TWINCAT.0 => ("TwinCAT".into(), TWINCAT.2.to_string()),

@@ -39,15 +39,15 @@ pub struct Options {
     pub packages: Vec<String>,
     /// Platform to build for, such as win64; may be repeated [default: this machine's]
     ///
-    /// linux64, linux32, win64, win32, darwin64, aarch64-linux or aarch32-linux (also: armv7). Other platforms than
+    /// linux64, linux32, win64, win32, darwin64, aarch64-linux or aarch32-linux (also: armv7). Platforms other than
     /// this machine's need Rust's standard library ('rustup target add ...') and a linker: mingw for Windows, zig with
-    /// cargo-zigbuild for the others. The environment variable PLCFMU_CROSS_CARGO names another cargo for these platforms.
+    /// cargo-zigbuild for the others. The environment variable PLCFMU_CROSS_CARGO names a different cargo for these.
     #[arg(long = "platform", value_name = "PLATFORM", value_parser = platform::folder)]
     pub platforms: Vec<&'static str>,
     /// Library built elsewhere, for the single FMU being packed; may be repeated
     #[arg(long = "library", value_name = "PLATFORM=FILE", value_parser = given_library)]
     pub libraries: Vec<(&'static str, PathBuf)>,
-    /// Link against this machine's C library (needs no zig); such an FMU may not run on an older Linux. A PLC program
+    /// Link against this machine's C library (needs no zig); the FMU may not run on an older Linux. A PLC program
     /// is compiled through C, by the compiler in the environment variable CC, or by cc, gcc, clang or zig
     #[arg(long)]
     pub native: bool,

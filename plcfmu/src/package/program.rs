@@ -56,7 +56,7 @@ pub struct Options {
     #[arg(long, value_name = "NAME")]
     fb: Option<String>,
     /// A PLC tag that no source declares, such as "Start : Bool" or "Start AT %I0.0 : Bool"; or a tag table (.xml,
-    /// .xlsx, .sdf, or a line for each)
+    /// .xlsx, .sdf, or text with one tag per line)
     #[arg(long = "tag", value_name = "NAME : TYPE", value_parser = tags)]
     tags: Vec<Tags>,
     /// An instance data block that no source declares, such as "Motor_DB : Motor"; the name alone of a declared
@@ -66,8 +66,8 @@ pub struct Options {
     /// A constant that no source declares, such as MAX=5
     #[arg(long = "constant", value_name = "NAME=VALUE", value_parser = constant)]
     constants: Vec<(String, String)>,
-    /// A block of which the program uses only the interface: its inputs become outputs of the FMU, its outputs inputs;
-    /// may be repeated
+    /// A block to replace with a stub that has only its interface: its inputs become outputs of the FMU, its outputs
+    /// inputs; may be repeated
     #[arg(long = "stub", value_name = "NAME")]
     stubs: Vec<String>,
     /// Infer undeclared names from their use: tags, data blocks, types, and stubs of blocks that are only called. The
@@ -289,7 +289,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     version.check()?;
     ensure!(
         manifest.cycle.is_some(),
-        "specify the time between two calls with --cycle, such as --cycle 100ms: the period of the OB, which is not in the sources"
+        "specify the time between two calls with --cycle, such as --cycle 100ms: the sources do not state the period of the OB"
     );
     let Examined { manifest, sources, loaded, interface, description: mut xml, warnings, stop } = examine(manifest)?;
     if version != Version::default() {
@@ -409,7 +409,7 @@ fn read(manifest: &Manifest) -> Result<Named> {
     for mut source in all {
         ensure!(
             source.text.len() as u64 <= LARGEST,
-            "{}: a source may have at most {} MiB: split it",
+            "{}: a source may be at most {} MiB in size: split it",
             source.file,
             LARGEST >> 20
         );

@@ -67,7 +67,7 @@ pub struct Version {
 
 /// Parses an argument that chooses types.
 fn types(argument: &str) -> Result<Types, String> {
-    Types::named(argument).ok_or_else(|| "the types are native and wide".to_string())
+    Types::named(argument).ok_or_else(|| "expected native or wide".to_string())
 }
 
 /// Parses an argument that chooses names.
@@ -75,7 +75,7 @@ fn names(argument: &str) -> Result<Names, String> {
     match argument {
         "structured" => Ok(Names::Structured),
         "flat" => Ok(Names::Flat),
-        _ => Err("the names are structured and flat".into()),
+        _ => Err("expected structured or flat".into()),
     }
 }
 

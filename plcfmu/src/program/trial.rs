@@ -315,7 +315,7 @@ impl Slot {
                 Ok(Given::Text(place, text.clone()))
             }
             (Slot::Text(_), given) => {
-                bail!("{given} is not a value of {name}, which is a string: write it in quotation marks")
+                bail!("{given} is not a valid value for {name}, which is a string: write it in quotation marks")
             }
         }
     }
@@ -323,7 +323,7 @@ impl Slot {
 
 /// A value of a test case, converted for the program.
 fn value(name: &str, given: &toml::Value, of: Scalar) -> Result<Value> {
-    let wrong = || anyhow!("{given} is not a value of {name}, which is {of}");
+    let wrong = || anyhow!("{given} is not a valid value for {name}, which is {of}");
     let number = |number: f64| match of {
         Scalar::F32 => Some(Value::from(number as f32)),
         Scalar::F64 => Some(Value::from(number)),

@@ -116,7 +116,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     temporary::place(&path, |file| Ok(file.write_all(page.as_bytes())?), |_| Ok(()))?;
     let kilobytes = |length: usize| length.div_ceil(1000);
     println!(
-        "{}  {} kB, with the engine of {} kB",
+        "{}  {} kB, including {} kB for the engine",
         workspace.shown(&path),
         kilobytes(page.len()),
         kilobytes(engine.len())

@@ -430,7 +430,7 @@ async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, 
     }
     let too_large = || Refusal {
         status: StatusCode::PAYLOAD_TOO_LARGE,
-        message: format!("this is larger than {} MiB, the maximum that the server accepts", most >> 20),
+        message: format!("the request is larger than {} MiB, the maximum that the server accepts", most >> 20),
     };
     let length = headers.get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
     if length.is_some_and(|length| length > most as u64) {
