@@ -18,7 +18,7 @@ use std::time::Duration;
 const LOADING: Duration = Duration::from_secs(60);
 
 /// Reads the loops of a file: a parameter file, whose extension selects the format if none is given and whose encoding
-/// is detected as in [`Source::new`]; an FMU, whose start values are those of one loop; or a data block of a PLC,
+/// is detected as in [`Source::new`]; an FMU, whose start values form one loop; or a data block of a PLC,
 /// `s7://HOST/RACK/SLOT/DBn`.
 ///
 /// # Errors

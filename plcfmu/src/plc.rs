@@ -204,7 +204,7 @@ const NO_S7: &str = "the answer is not from an S7 PLC: check the address and the
 fn wrong_place(address: &Address) -> String {
     format!(
         "no CPU in rack {}, slot {}, or it accepts no connections: an S7-300 is in rack 0, slot 2, an S7-1200 or \
-         S7-1500 in rack 0, slot 1, an S7-400 where the hardware configuration shows it",
+         S7-1500 in rack 0, slot 1; for an S7-400, see the hardware configuration",
         address.rack, address.slot
     )
 }

@@ -112,7 +112,7 @@ pub fn parts(manifest: &Manifest) -> Result<Parts> {
     project::parts(&Manifest { sources: files, ..manifest.clone() }, sources, tables).map_err(Error::msg)
 }
 
-/// Reads a tag table: XML, a workbook, a table of STEP 7, or a list with a line for each tag.
+/// Reads a tag table: XML, a workbook, a STEP 7 table, or a list with one tag per line.
 ///
 /// # Errors
 /// It cannot be read, or is faulty.

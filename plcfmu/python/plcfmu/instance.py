@@ -105,7 +105,7 @@ class Fmus:
     ) -> Instance:
         """A new instance with these start values, initialized and ready for the first step.
 
-        `fmu` is the name of an FMU ("CONT_C") or the path of any co-simulation FMU of FMI 2.0 or 3.0
+        `fmu` is the name of an FMU ("CONT_C") or the path of any FMI 2.0 or 3.0 co-simulation FMU
         ("plants/my_plant.fmu"). FMI 3.0 FMUs are stepped without Event Mode; an array is a list of its elements, row by
         row. `name` distinguishes instances; it defaults to the file's name. `start_time` is in seconds. Variables whose
         names are not valid Python names, or clash with parameters of this function, go into `settings`:

@@ -41,7 +41,7 @@ def color(number: int) -> str:
     return found[1]
 
 
-# How the signals of a loop are drawn: arguments of matplotlib's plot(). The colours are those of Okabe and Ito, which
+# How the signals of a loop are drawn: arguments of matplotlib's plot(). The colours are from Okabe and Ito, which
 # people with any kind of colour blindness can tell apart; two are darker here, for contrast on white. The charts on the
 # FMUs' pages use the same colours for the parts of LMN.
 SETPOINT: dict[str, Any] = {"color": "#333333", "linestyle": (0, (4, 2)), "linewidth": 1.1}
@@ -106,7 +106,7 @@ def picture(
     `title` describes the picture. `labels` are the labels of the vertical axes, with units; they are placed above the
     axes. `heights` are the shares of the height. The horizontal axis is the time in seconds, shared by all axes unless
     `same_time` is False. `size` is in inches. With more than one column, the axes are an array of rows and columns,
-    with one label per row. The formats are those of `save`; None writes no file.
+    with one label per row. The formats are the same as for `save`; None writes no file.
     """
     import matplotlib
     from matplotlib.figure import Figure

@@ -134,7 +134,7 @@ const MEANINGS: [(&str, &str); 20] = [
     ("canGetAndSetFMUstate", "its state can be saved and restored"),
     ("canSerializeFMUstate", "a saved state can be stored as bytes"),
     ("providesDirectionalDerivative", "provides partial derivatives"),
-    // Flags of FMI 3.0.
+    // FMI 3.0 flags.
     ("hasEventMode", "has Event Mode: a call and its results share one instant"),
     ("mightReturnEarlyFromDoStep", "may end a step at an event"),
     ("canGetAndSetFMUState", "its state can be saved and restored"),

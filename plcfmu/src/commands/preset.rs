@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 /// Make FMUs that start from the parameters of a PLC project
 ///
-/// A preset is an FMU whose start values are those of a loop: a simulation that sets nothing runs with the plant's
+/// A preset is an FMU that starts with the values of a loop: a simulation that sets nothing runs with the plant's
 /// parameters. No compiler is needed, and the library stays unchanged. A preset refuses to start if its
 /// resources/start.txt was edited; `plcfmu check` finds any change. Each preset is started once in a separate process:
 /// if the FMU refuses one, nothing is written.

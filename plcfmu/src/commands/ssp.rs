@@ -11,7 +11,7 @@ use std::path::PathBuf;
 /// Pack FMUs with their values and connections as an SSP file
 ///
 /// Tools that run systems of FMUs read SSP files (System Structure and Parameterization), for example libcosim, Ecos,
-/// FMPy and OMSimulator. The arguments are those of `plcfmu run`; the FMUs are not run.
+/// FMPy and OMSimulator. This command accepts the arguments of `plcfmu run`, but does not run the FMUs.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
     #[command(flatten)]

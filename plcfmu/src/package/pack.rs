@@ -363,8 +363,8 @@ fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Opti
         Ok(text) => Ok(Some(text)),
         Err(why) => {
             eprintln!(
-                "note: {} is packed without C: {why:#}; write the law so that it can be read, or declare that it has none: \
-                 sources = false under [package.metadata.plcfmu] in the Cargo.toml of {}",
+                "note: {} is packed without C: {why:#}; write the law so that plcfmu can read it, or omit the C source \
+                 with sources = false under [package.metadata.plcfmu] in the Cargo.toml of {}",
                 interface.table.name, fmu_crate.name
             );
             Ok(None)

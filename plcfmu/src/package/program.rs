@@ -268,8 +268,8 @@ fn is_unit(unit: &str) -> bool {
 /// The note on a program that stops with its start values.
 pub fn stops(stop: &str) -> String {
     format!(
-        "with its start values the program stops: {stop}; set the values that cause this before the first step, or change \
-         their start values"
+        "with its start values the program stops: {stop}; change the start values that cause this, or set other values \
+         before the first step"
     )
 }
 
@@ -289,7 +289,8 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     version.check()?;
     ensure!(
         manifest.cycle.is_some(),
-        "specify the time between two calls with --cycle, such as --cycle 100ms: the sources do not state the period of the OB"
+        "specify the time between two calls with --cycle, such as --cycle 100ms: the sources do not state the period of \
+         the OB"
     );
     let Examined { manifest, sources, loaded, interface, description: mut xml, warnings, stop } = examine(manifest)?;
     if version != Version::default() {

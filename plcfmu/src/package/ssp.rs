@@ -180,7 +180,7 @@ pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     Ok(Ssp { bytes: archive::write(&files)?, fmus, connectors, remarks })
 }
 
-/// The name of a type in an SSP version: only 2.0 has the types of FMI 3.0.
+/// The name of a type in an SSP version: only 2.0 has the FMI 3.0 types.
 fn type_name_of(kind: Type, version: Version) -> &'static str {
     match (kind, version) {
         (Type::Real | Type::Integer | Type::Boolean, _) | (_, Version::V2) => kind.name(),

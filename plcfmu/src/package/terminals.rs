@@ -1,4 +1,4 @@
-//! The folder `terminalsAndIcons` of FMI 3.0: the model's icon, and the variables that are wired together.
+//! The FMI 3.0 folder `terminalsAndIcons`: the model's icon, and the variables that are wired together.
 //!
 //! A terminal has a member for each of its variables. The terminals of controllers and plants have the same names and
 //! members, by which a tool connects them: the setpoint, the process value, the manipulated value, the pulses. A
