@@ -158,7 +158,7 @@ fn the_documentation_lists_the_parameters_of_the_blocks_that_are_known() {
     assert_eq!((named(Role::Output), named(Role::Input)), (listed(cells[2]), listed(cells[3])));
 }
 
-/// Its outputs are inputs of the FMU: who plays the block gives them.
+/// Its outputs are FMU inputs, so the host supplies them.
 #[test]
 fn a_block_that_cannot_be_read_is_a_stub_by_its_interface() {
     let text = "FUNCTION_BLOCK \"Clock\"\nVAR_INPUT raw : Word; any : Variant; END_VAR\nVAR_OUTPUT hour : Int; END_VAR\nBEGIN\n\

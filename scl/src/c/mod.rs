@@ -42,7 +42,7 @@ const TAKEN: &str = "call constants done memory self start stop abs acos acosh a
 /// can be stopped calls `stop`, `index_of` or `goes_on`.
 ///
 /// # Errors
-/// The program cannot be printed: it uses blocks of [`blocks`] whose law was not added ([`Program::add_law`]).
+/// The program uses blocks from [`blocks`] whose laws have not been added ([`Program::add_law`]).
 pub fn print(program: &Program) -> Result<String, String> {
     let mut printer = Printer::new(program);
     let functions = printer.functions()?;

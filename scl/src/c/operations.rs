@@ -5,8 +5,8 @@ use crate::ir::Scalar;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
-/// All operations: each is a line `# name` followed by its text. `*` in a name stands for any type in the class after
-/// it; `*_f32` stands for any function defined for binary64. In Rust, the mathematics are the body of a macro.
+/// All operations: each is a line `# name` followed by its text. `*` in a name matches any type in the class after it;
+/// `*_f32` matches any function defined for binary64. In Rust, the mathematics are the body of a macro.
 const OPERATIONS: [&str; 2] = [include_str!("operations.h"), include_str!("mathematics.h")];
 
 /// The operations: name, class and text.

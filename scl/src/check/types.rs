@@ -281,8 +281,8 @@ impl Type {
         matches!(self, Type::Wrong | Type::Missing(_))
     }
 
-    /// Whether a variable of one type may be assigned to one of the other: strings of any capacity, arrays with as many
-    /// elements in each dimension, structures with equal members.
+    /// Whether a variable of one type may be assigned to a variable of the other: strings of any capacity, arrays of
+    /// equal size in each dimension, structures with equal members.
     pub fn is_like(&self, other: &Type) -> bool {
         match (self, other) {
             (Type::Text { wide: one, .. }, Type::Text { wide: other, .. }) => one == other,

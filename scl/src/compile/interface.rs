@@ -241,7 +241,7 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
                     name: &format!("{name}.{last}"),
                     of: &inner.of,
                     offset: offset + compiler.program.records[*record].members[number].offset,
-                    // The user of the FMU plays the device that a stub replaces.
+                    // The host simulates the device that the stub replaces.
                     role: match (is_stub, inner.section) {
                         (true, SectionKind::Input) => Role::Output,
                         (true, SectionKind::Output) => Role::Input,

@@ -137,7 +137,7 @@ pub struct Record {
     pub name: String,
     /// Its members, in the order of declaration.
     pub members: Vec<Member>,
-    /// The start values of all members; as many bytes as the record has.
+    /// The start values of all members, as the bytes of the record.
     pub start: Vec<u8>,
     /// The alignment of its address, a power of 2.
     pub align: usize,

@@ -16,7 +16,7 @@ pub struct Network {
     pub span: Span,
     /// The labels at its beginning.
     pub labels: Vec<Name>,
-    /// Its elements, in the order in which they execute unless wires require another.
+    /// Its elements, in execution order unless wires require a different one.
     pub elements: Vec<Element>,
     /// The values of its output pins, once it has been translated; `None` is TRUE, directly from the power rail.
     pub carried: Vec<(Pin, Option<ExpressionId>)>,

@@ -133,7 +133,7 @@ impl Stretch {
         }
     }
 
-    /// The default value, with times scaled to last as many calls as by default.
+    /// The default value, with a time scaled so that it spans the default number of calls.
     fn start(&self, row: &StaticRow) -> Value {
         match row.start {
             Value::Time(_) if row.role != Role::Cycle => Value::Time(Time::ms(self.calls(row, 1.0))),

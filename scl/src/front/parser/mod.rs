@@ -1,5 +1,5 @@
-//! Parses tokens into a syntax tree. Any text yields a tree and a list of errors; nesting that is too deep is an error,
-//! too.
+//! Parses tokens into a syntax tree. Any text yields a tree and a list of errors; excessive nesting is also an
+//! error.
 
 mod declarations;
 mod expressions;

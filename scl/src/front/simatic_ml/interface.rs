@@ -161,7 +161,7 @@ impl Reader<'_> {
     }
 
     /// The start values of a member and its descendants, each with its path. Members of a plain structure are excluded;
-    /// they have start values of their own.
+    /// they have their own start values.
     fn parts(
         &mut self,
         element: Element,
