@@ -171,13 +171,13 @@ fn types_without_a_meaning_here_are_refused() {
 
 #[test]
 fn types_that_do_not_fit_are_refused() {
-    refused("#flag := #i;", "INT is not implicitly converted to BOOL; write INT_TO_BOOL(...)");
-    refused("#i := #flag;", "BOOL is not implicitly converted to INT; write BOOL_TO_INT(...)");
+    refused("#flag := #i;", "INT cannot be converted implicitly to BOOL; write INT_TO_BOOL(...)");
+    refused("#i := #flag;", "BOOL cannot be converted implicitly to INT; write BOOL_TO_INT(...)");
     refused("IF #i THEN #i := 0; END_IF;", "a condition must be a BOOL, not INT; compare it, for example with `<> 0`");
-    refused("#r := #t;", "TIME is not implicitly converted to REAL; convert through DINT");
-    refused("#t := #t * #r;", "TIME * REAL is not possible");
-    refused("#t := #t * #t;", "TIME * TIME is not possible; add TIME to TIME");
-    refused("#flag := #flag AND #i;", "BOOL AND INT is not possible; both sides must be BOOL");
+    refused("#r := #t;", "TIME cannot be converted implicitly to REAL; convert through DINT");
+    refused("#t := #t * #r;", "* cannot be applied to TIME and REAL");
+    refused("#t := #t * #t;", "* cannot be applied to TIME and TIME; add TIME to TIME");
+    refused("#flag := #flag AND #i;", "AND cannot be applied to BOOL and INT; both sides must be BOOL");
     refused("#r := #r MOD 2.0;", "MOD needs integers");
     refused("#i := #array;", "expected INT, found ARRAY[1..3] OF INT");
     refused("#pair := #array;", "expected \"Pair\", found ARRAY[1..3] OF INT");
@@ -423,10 +423,10 @@ fn typical_slips_are_told_as_what_they_are() {
 #[test]
 fn an_argument_that_a_function_does_not_have_is_refused() {
     for (statement, says) in [
-        ("#r := SQRT(#r, #r);", "SQRT has no parameter for this"),
+        ("#r := SQRT(#r, #r);", "SQRT has no parameter for this argument"),
         ("#w := SHL(IN := #w, N := 1, FOO := 1);", "SHL has no parameter FOO"),
         ("#r := LIMIT(MN := 0.0, IN := #r, MX := 1.0, MAX := 2.0);", "LIMIT has no parameter MAX"),
-        ("#i := REAL_TO_INT(#r, #r);", "REAL_TO_INT has no parameter for this"),
+        ("#i := REAL_TO_INT(#r, #r);", "REAL_TO_INT has no parameter for this argument"),
         ("#s := LEFT(IN := #s, L := 2, P := 3);", "LEFT has no parameter P"),
     ] {
         refused(statement, says);

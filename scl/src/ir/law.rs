@@ -80,7 +80,7 @@ impl Program {
         }
         let size: usize = self.runs(native).iter().map(|run| run.size).sum();
         let found = self.functions[native].instance.map(|record| self.records[record].start.len());
-        if found == Some(size) { Ok(()) } else { Err(format!("the law for {name} belongs to another block")) }
+        if found == Some(size) { Ok(()) } else { Err(format!("the law for {name} belongs to a different block")) }
     }
 
     /// The runs of bytes that map a native function's instance to the record of its law; empty if no law was added.

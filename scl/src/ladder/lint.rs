@@ -94,7 +94,8 @@ impl Lint<'_> {
                     None => drop(first.insert(name, network)),
                     Some(before) => {
                         let message = format!(
-                            "this edge shares its memory bit with an edge in network {}: edges are lost or doubled",
+                            "this edge shares its memory bit with an edge in network {}: edges are missed or \
+                             detected twice",
                             before.number
                         );
                         report.warning(element.span, message, Some("use a separate bit for each edge"));

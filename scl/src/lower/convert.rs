@@ -162,7 +162,7 @@ impl Lowerer<'_, '_> {
                 (Real, Bool) => "compare it with a number".to_string(),
                 _ => format!("convert it with {}_TO_{} if that function exists", from.name(), to.name()),
             };
-            self.error(span, format!("{} is not implicitly converted to {}", from.name(), to.name()), Some(&help));
+            self.error(span, format!("{} cannot be converted implicitly to {}", from.name(), to.name()), Some(&help));
             return zero(to);
         }
         if let Some(loss) = loss(from, to).filter(|_| !matches!(value, Expr::Const(_))) {

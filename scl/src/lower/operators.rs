@@ -97,7 +97,7 @@ impl Lowerer<'_, '_> {
 
     fn refuse(&mut self, operator: &str, left: &Operand, right: &Operand, span: Span, help: Option<&str>) -> Operand {
         let (left, right) = (self.type_name(left), self.type_name(right));
-        self.error(span, format!("{left} {operator} {right} is not possible"), help)
+        self.error(span, format!("{operator} cannot be applied to {left} and {right}"), help)
     }
 
     /// Applies an operation to both operands, converted to one type.

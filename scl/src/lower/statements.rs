@@ -496,7 +496,7 @@ impl Lowerer<'_, '_> {
         };
         if let Some(target) = &target {
             if self.is_view(target) {
-                self.error(variable_span, "a loop cannot count in a view (AT)", Some("count in a separate variable"));
+                self.error(variable_span, "a loop variable cannot be a view (AT)", Some("use a separate variable"));
             }
             self.check_written(target, variable_span);
         } else {

@@ -109,7 +109,7 @@ impl Image {
                     _ => self.end = self.end.next_multiple_of(16),
                 }
                 if self.parts.len() == MOST_PARTS {
-                    return Err(format!("a view of more than {MOST_PARTS} numbers"));
+                    return Err(format!("a variable with more than {MOST_PARTS} numbers"));
                 }
                 self.push(place, *of, Holds::Number);
                 Ok(())
@@ -140,7 +140,7 @@ impl Image {
             Type::Text { capacity, wide: false } if self.is_behind => {
                 let capacity = (*capacity).min(254) as u8;
                 if self.parts.len() + usize::from(capacity) + 2 > MOST_PARTS {
-                    return Err(format!("a view of more than {MOST_PARTS} numbers"));
+                    return Err(format!("a variable with more than {MOST_PARTS} numbers"));
                 }
                 self.end = self.end.next_multiple_of(16);
                 let with = |step| {

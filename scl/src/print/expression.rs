@@ -269,13 +269,10 @@ impl Printer<'_> {
         let of = if op == Binary::Shr && ty.is_signed() { number(ty) } else { bits(ty) };
         if self.dialect == Dialect::Step7 {
             if of.class() == Class::Integer {
-                return Err(format!(
-                    "STEP 7 has no SHR of {} that preserves the sign; print it for TIA Portal",
-                    of.name()
-                ));
+                return Err(format!("STEP 7 has no sign-preserving SHR for {}; print it for TIA Portal", of.name()));
             }
             if !matches!(b, Expr::Const(_)) {
-                return Err(format!("STEP 7 has no {name} by a variable wider than INT; print it for TIA Portal"));
+                return Err(format!("STEP 7 has no {name} by an amount wider than INT; print it for TIA Portal"));
             }
         }
         let first = self.expr(a, of, false)?.text;

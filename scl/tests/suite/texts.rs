@@ -84,7 +84,7 @@ fn texts_of_both_kinds_are_compared_with_what_has_no_kind_and_not_with_each_othe
     }
     let refused = of("w = s").unwrap_err()[0].to_string();
     assert!(
-        refused.contains("WSTRING = STRING is not possible; a STRING cannot be compared with a WSTRING"),
+        refused.contains("= cannot be applied to WSTRING and STRING; a STRING cannot be compared with a WSTRING"),
         "{refused}"
     );
 }

@@ -107,12 +107,12 @@ fn what_has_no_bytes_of_a_cpu_is_refused() {
         ("a : Word; x AT b : Word;", "AT needs a variable of this block"),
         ("a : Word; x AT a : Byte; z AT x : Byte;", "AT needs a variable of this block"),
         ("a : LReal; x AT a : Array[0..1, 0..3] of Byte;", "a multidimensional array"),
-        ("a : Array[0..9999] of Byte; x AT a : Array[0..9999] of Byte;", "a view of more than 4096 numbers"),
+        ("a : Array[0..9999] of Byte; x AT a : Array[0..9999] of Byte;", "a variable with more than 4096 numbers"),
     ] {
         let text = format!("FUNCTION_BLOCK \"B\" VAR {declared} END_VAR BEGIN ; END_FUNCTION_BLOCK");
         let errors = compiled(&text).unwrap_err();
         assert!(errors[0].to_string().contains(message), "{declared}: {}", errors[0]);
     }
     let errors = compiled(&source("FOR #first := 0 TO 3 DO ; END_FOR;")).unwrap_err();
-    assert!(errors[0].to_string().contains("a loop cannot count in a view"), "{}", errors[0]);
+    assert!(errors[0].to_string().contains("a loop variable cannot be a view"), "{}", errors[0]);
 }

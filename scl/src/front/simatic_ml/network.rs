@@ -275,7 +275,7 @@ impl Reader<'_> {
         let full = target.into_iter().chain(from).find(is_full);
         if let Some(number) = full {
             let message = format!("{} has more than {} pins", network.elements[number].name, ladder::MOST_PINS);
-            self.report.error(self.span(end), message, Some("split it into several"));
+            self.report.error(self.span(end), message, Some("use several elements"));
         }
         full.is_some()
     }

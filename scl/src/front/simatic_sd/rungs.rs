@@ -204,7 +204,7 @@ impl Parser<'_> {
         let mut pins = Vec::new();
         while !self.takes(")") {
             if pins.len() == MOST_PINS {
-                return self.refuse(start, &format!("more than {MOST_PINS} pins"), Some("split it into several"));
+                return self.refuse(start, &format!("more than {MOST_PINS} pins"), Some("use several elements"));
             }
             pins.push(self.pin()?);
             if !self.takes(",") && !self.is_symbol(")") {

@@ -84,7 +84,7 @@ impl Lowerer<'_, '_> {
         let Some(argument) = given.surplus() else { return };
         let message = match &argument.name {
             Some(name) => format!("{} has no parameter {}", given.name, name.text),
-            None => format!("{} has no parameter for this", given.name),
+            None => format!("{} has no parameter for this argument", given.name),
         };
         let span = argument.name.as_ref().map_or_else(|| self.span(argument.value), |name| name.span);
         self.error(span, message, Some("remove it"));
@@ -348,7 +348,7 @@ impl Lowerer<'_, '_> {
             };
             if next.is_none() {
                 let names: Vec<String> = operands.iter().map(|operand| self.type_name(operand)).collect();
-                self.error(span, format!("{} have no type in common", names.join(" and ")), None);
+                self.error(span, format!("{} have no common type", names.join(" and ")), None);
                 return None;
             }
             common = next;

@@ -36,7 +36,7 @@ impl Lowerer<'_, '_> {
             Operand::Wrong(_) => Operand::Wrong(None),
             other => {
                 let found = self.type_name(&other);
-                self.error(given.span, format!("ABS of {found} is not possible"), None)
+                self.error(given.span, format!("ABS cannot be applied to {found}"), None)
             }
         }
     }
@@ -109,7 +109,7 @@ impl Lowerer<'_, '_> {
         let operand = self.argument(given, "IN", 0);
         let Some((of, value)) = self.typed(operand, expected, given.span) else { return Operand::Wrong(None) };
         if !of.is_whole() {
-            return self.error(given.span, format!("SWAP of {} is not possible", of.name()), None);
+            return self.error(given.span, format!("SWAP cannot be applied to {}", of.name()), None);
         }
         Operand::Value(of, unary(Unary::Swap, of.scalar(), value))
     }
@@ -181,7 +181,7 @@ impl Lowerer<'_, '_> {
         let value = match from.class() {
             Class::Real => value,
             Class::Integer | Class::Bits => convert(value, from.scalar(), Scalar::F64, Convert::Value, at),
-            _ => return self.error(given.span, format!("{name} of {} is not possible", from.name()), None),
+            _ => return self.error(given.span, format!("{name} cannot be applied to {}", from.name()), None),
         };
         let from = if from.class() == Class::Real { from.scalar() } else { Scalar::F64 };
         if to.class() == Class::Real {

@@ -316,7 +316,7 @@ impl Lowerer<'_, '_> {
         let block = of.and_then(|of| self.compiler.system_block(&format!("{}_{}", given.name, of.name())));
         let Some(block) = block else {
             let help = "Chars must be an array of CHAR, BYTE, WCHAR or WORD";
-            self.error(self.span(array), format!("{} does not accept this", given.name), Some(help));
+            self.error(self.span(array), format!("{} does not accept this argument", given.name), Some(help));
             return;
         };
         let is_text = |argument: &&Argument| {

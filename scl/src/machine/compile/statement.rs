@@ -137,7 +137,7 @@ impl Compiler<'_> {
         let from = self.typed(scope, value, ty, into)?;
         let (location, found) = self.place(scope, to)?;
         if found != Type::Scalar(ty) {
-            return Err(wrong_type(ty, "a variable of another type"));
+            return Err(wrong_type(ty, "a variable of a different type"));
         }
         self.store(scope, location, ty, from);
         Ok(())
