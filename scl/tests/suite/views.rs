@@ -1,4 +1,4 @@
-//! `AT`: the bytes of a variable in another type, as a CPU stores them.
+//! `AT`: the bytes of a variable as a different type, as a CPU stores them.
 
 use super::{compiled, runs};
 

@@ -746,7 +746,7 @@ const OF_INTEGERS: [Binary; 14] = [
     Binary::Max,
 ];
 
-/// Whether a variable may be copied as a whole to one of another type.
+/// Whether a variable may be copied as a whole to a variable of a different type.
 fn is_copied(from: &Type, to: &Type) -> bool {
     match (from, to) {
         (Type::Text { wide: a, .. }, Type::Text { wide: b, .. }) => a == b,
