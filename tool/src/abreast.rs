@@ -15,8 +15,8 @@ use std::any::Any;
 /// Fewer instances are faster one by one: side by side, empty lanes cost as much as used ones.
 const FEWEST: usize = 4;
 
-/// Combines instances; `None` if they do not all make the same ordinary step next, or a variable cannot be read or set
-/// side by side.
+/// Combines instances; `None` unless all make the same ordinary step next and every variable can be read or set side by
+/// side.
 pub(crate) fn combine<'a, B: Block, G: abreast::Abreast<B>>(
     instances: Vec<&'a mut dyn Any>,
     wiring: &Wiring,
@@ -49,7 +49,7 @@ struct Group<'a, B, G> {
     blocks: G,
     /// The common clock, copied back to all parts at the end.
     clock: Clock,
-    /// Writers of the connected inputs, each with the index of its value among those of a run.
+    /// Writers of the connected inputs, each with the index of its value among the values of a run.
     inputs: Vec<(Writer<G>, usize)>,
     /// Readers of the outputs that other members need, each with the index at which its value is stored.
     outputs: Vec<(Reader<G>, usize)>,
@@ -81,8 +81,8 @@ impl<B: Block, G: abreast::Abreast<B>> Abreast for Group<'_, B, G> {
 }
 
 /// Calls each block once. The function is compiled for each of these vector instruction sets and for the baseline; the
-/// first version that the processor supports is used. The operations are the same (none are fused), and so are the
-/// bits.
+/// first version that the processor supports is used. The operations are the same (none are fused), so the results are
+/// bit-identical.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn call<B: Block, G: abreast::Abreast<B>>(blocks: &mut G) {
     blocks.each(

@@ -7,7 +7,7 @@ use crate::message::Member;
 use crate::session::start_values;
 use run::system::own_name;
 
-/// The dialog's names for a chain's input and its value until the first call.
+/// The dialog's names for a chain's input and for its value until the first call.
 const INPUT: &str = "input";
 const START: &str = "start";
 

@@ -16,7 +16,7 @@ use std::ops::{Deref, DerefMut};
 /// The maximum number of other connections listed.
 const MOST_OTHERS: usize = 2000;
 
-/// One of the two FMUs of the proposal.
+/// One of the two FMUs in the proposal.
 struct End<'a> {
     member: &'a Member,
     description: Description,

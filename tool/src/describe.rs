@@ -133,7 +133,7 @@ fn foreign_groups(description: &modeldescription::Description) -> (Roles, Vec<Gr
 /// Decodes a parameter file in a message.
 ///
 /// # Errors
-/// The content is not Base64 or is too large, or the file does not have the extension of a parameter file.
+/// The content is not Base64 or is too large, or the file does not have a parameter file extension.
 pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
     if file.content.len() / 4 * 3 > LARGEST {
         bail!("{} is larger than {} MiB: split it", file.file, LARGEST >> 20);
@@ -242,7 +242,7 @@ fn as_message(of: &parameters::Loop) -> Loop {
     }
 }
 
-/// A loop of a message as one of a parameter file.
+/// Converts a loop from a message to a parameter-file loop.
 ///
 /// # Errors
 /// The catalogue has no such block, the block has no such setting, or a value does not fit the setting's type.

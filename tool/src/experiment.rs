@@ -1,4 +1,4 @@
-//! Experiments with the running loop, each in one request: a step of the actuator in manual mode, and a relay.
+//! Experiments with the running loop, each in one request: an actuator step in manual mode, and a relay test.
 //!
 //! Both begin in the same way: the manual value is set to the current position of the actuator, the controller is
 //! switched to manual mode, and calls are made until the process value has settled. At the end, the actuator returns,
@@ -25,11 +25,11 @@ const REST: f64 = 0.005;
 /// The same fraction for a run that ends by itself, where the visible response must be complete: the resolution of a
 /// step's figures.
 const SETTLED: f64 = 0.001;
-/// A variable that moved little since the user's last action has also settled if it moves by less than this fraction
-/// of its range in the run.
+/// A variable that has moved little since the user's last action has also settled if it moves by less than this
+/// fraction of its range in the run.
 const UNSEEN: f64 = 0.0001;
 /// The minimum number of times that the controller acts in such a run, once per pulse period: otherwise, a dead time
-/// would count as rest.
+/// would count as settled.
 const WATCHED: usize = 200;
 /// A run oscillates if the width of its last third exceeds this fraction of its range: the band of 2 % on both sides
 /// within which a step counts as settled.

@@ -73,7 +73,7 @@ pub enum ExportRequest {
     Report {
         /// The loop with its values.
         of: Loop,
-        /// The values before, to compare with; may be empty.
+        /// The previous values, for comparison; may be empty.
         #[serde(default)]
         before: Vec<crate::message::LoopValue>,
         /// The run; by default the current one.

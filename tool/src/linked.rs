@@ -74,7 +74,7 @@ impl<B: Cyclic> Instance<B> {
         if instance.may(&Function::fmi2DoStep).is_ok() { instance.ordinary_parts() } else { None }
     }
 
-    /// Takes the advice for the user on the last step, which succeeded nevertheless.
+    /// Takes the advice to the user about the last step, which succeeded nevertheless.
     pub fn take_advice(&mut self) -> Vec<String> {
         std::mem::take(&mut self.component.advice)
     }

@@ -207,7 +207,7 @@ pub struct LoopValue {
     pub value: Value,
     /// The origin of the value, such as `plant.awl:12:8`; `None` for the block's start value.
     pub origin: Option<String>,
-    /// The value in the file, if it differs by now.
+    /// The value in the file, if the current value differs.
     #[serde(default)]
     pub file: Option<Value>,
 }

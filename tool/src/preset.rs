@@ -1,5 +1,5 @@
-//! Presets: FMUs that have a block's library and their own start values, as the files in which they differ from the
-//! block's FMU.
+//! Presets: FMUs that have a block's library but their own start values. A preset consists of the files in which it
+//! differs from the block's FMU.
 //!
 //! The caller handles the archive: the command, or the page, whose WebAssembly has no space for one.
 
@@ -75,7 +75,7 @@ impl Original<'_> {
     /// The FMU with the values of a loop as its start values.
     ///
     /// # Errors
-    /// The FMU is not one of the loop's block, or rejects a value.
+    /// The FMU is not for the loop's block, or rejects a value.
     pub fn preset(&self, values: &parameters::Loop) -> Result<Preset> {
         let block = self.description.model_identifier().unwrap_or_default();
         let places = self.places(block, &values.block)?;

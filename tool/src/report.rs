@@ -80,10 +80,10 @@ pub struct ReportedRun {
     pub run: usize,
     /// The user's name for it.
     pub name: String,
-    /// Its settings that differ from those of other runs, at its end.
+    /// Its settings at its end, where they differ from other runs.
     #[serde(default)]
     pub values: Values,
-    /// Its settings that changed during the run, at its beginning.
+    /// Its settings at its beginning, where they changed during the run.
     #[serde(default)]
     pub begun: Values,
 }

@@ -1,8 +1,8 @@
 //! The relay test: finds the gain and period at which a P action alone would make the loop oscillate.
 //!
 //! A relay finds them approximately; a hysteresis against noise and the harmonics of its square wave shift the result.
-//! So square waves of fixed periods follow: the first harmonics of manipulated and process value yield gain and phase
-//! of the sampled plant exactly, and both are interpolated between the periods next to -180 degrees.
+//! Therefore, square waves of fixed periods follow: the first harmonics of manipulated and process value yield gain and
+//! phase of the sampled plant exactly, and both are interpolated between the periods next to -180 degrees.
 
 use super::{Bench, FIRST, REST, RelayTest, half, mean, noise};
 use anyhow::{Result, bail, ensure};
@@ -74,7 +74,7 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
         responses.push(response);
         responses.sort_by_key(|response| response.period);
         // A longer period has less phase lag: the next period to try is where the phase crosses -180 degrees between
-        // two tried ones, or near one.
+        // two tried periods, or near one of them.
         let next = match responses.iter().position(|response| response.phase > -PI) {
             Some(0) => (period as f64 * (-phase / PI).clamp(0.5, 0.95)).floor() as usize,
             None => (period as f64 * (-phase / PI).clamp(1.05, 2.0)).ceil() as usize,

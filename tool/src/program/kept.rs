@@ -1,4 +1,4 @@
-//! The programs opened by a page, as FMUs of the catalogue alongside those of the home.
+//! The programs opened by a page, as catalogue FMUs alongside the home's own.
 
 use super::Kept;
 use crate::home::Home;

@@ -52,7 +52,7 @@ fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
     let switch = switch.and_then(|name| table.rows.iter().find(|row| row.name.eq_ignore_ascii_case(&name)));
     let process_value = passed(&of_native.process_value, |role| role == Role::Input);
     Roles {
-        // Between the program's setpoint and the controller's there is often a ramp or a selection of setpoints.
+        // Between the program's setpoint and the controller's, there is often a ramp or a setpoint selector.
         setpoint: settable(&of_native.setpoint).or_else(|| named_setpoint(table)),
         shown_process_value: process_value.clone(),
         process_value,

@@ -131,7 +131,7 @@ pub(super) struct Disturbance {
 }
 
 /// Predicts the last disturbance of a run with the settings in force at that time, as a load at the plant's input. Its
-/// size is that of the controller's own disturbance, or the compensating change in the manipulated value.
+/// size is the controller's own disturbance, or the compensating change in the manipulated value.
 ///
 /// # Errors
 /// Why it cannot be predicted.
@@ -198,7 +198,7 @@ pub(super) fn disturbance_side_by_side(
 pub(crate) struct Forecasted {
     /// The controller's settings in force that have an effect, as a list.
     pub settings: String,
-    /// Its figures by their keys, of the same step over the same time as those of the run.
+    /// Its figures by key, for the same step and the same time as the run's figures.
     pub figures: BTreeMap<String, f64>,
     /// Whether the run agrees with the prediction, in a sentence or two.
     pub verdict: String,
@@ -286,7 +286,7 @@ pub(super) fn side_by_side(
     Ok(())
 }
 
-/// Predicted figures, by key, next to those of the run.
+/// Predicted figures, by key, next to the run's figures.
 fn table(page: &mut String, predicted: &[(&'static str, f64)], figures: &Figures) -> Result<()> {
     let row = |figure: &Figure| {
         let (_, predicted) = predicted.iter().find(|(key, _)| *key == figure.key)?;

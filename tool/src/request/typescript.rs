@@ -28,7 +28,7 @@ impl TypeVisitor for Types {
 impl Types {
     /// The answer to a request.
     pub(super) fn answer<T: TS + 'static>(&mut self, request: &str) {
-        // As serde writes it: SameTest is same_test.
+        // As serde writes it: SameTest becomes same_test.
         let mut name = String::new();
         for (at, letter) in request.char_indices() {
             if at > 0 && letter.is_uppercase() {

@@ -76,7 +76,7 @@ function showWhat() {
   const parts = [
     element("strong.loop-name", loop.name || "(no name)"),
     loop.notes.title && element("span.loop-title", { title: loop.notes.title }, loop.notes.title),
-    // A loop without a name has the name of its block.
+    // An unnamed loop has the name of its block.
     loop.name !== loop.description.block && element("span", loop.description.block),
     cycle &&
       loop.settings[cycle] &&

@@ -3,8 +3,8 @@
  * user adds, Booleans in lanes below; earlier runs in their own colours, a predicted curve dashed; a cursor that shows
  * all values.
  *
- * All values come from the engine's `view`, thinned to the width of the picture: then each column is a band from the
- * lowest to the highest value of the calls in it.
+ * All values come from the engine's `view`, thinned to the width of the picture, so that each column is a band from
+ * the lowest to the highest value of the calls in it.
  *
  * @typedef {import("tool/signals.js").Signal} Signal
  * @typedef {import("./messages").Curves} View

@@ -34,7 +34,7 @@ const SIZE = "plcfmu-diagram";
 let parts = [];
 /** @type {string} */
 let shownOf = "";
-/** The path of the displayed block in the program, with a trailing point; empty for the loop's own block. */
+/** The path of the displayed block in the program, with a trailing dot; empty for the loop's own block. */
 let within = "";
 
 /** @param {HTMLElement} content */

@@ -8,7 +8,7 @@
 /**
  * Creates an element with optional attributes, followed by its children: `element("p.faint", "No run yet")`.
  *
- * A point in the tag starts a class. A function is a listener for the attribute's name without `on`; `true` is an empty
+ * A dot in the tag starts a class. A function is a listener for the attribute's name without `on`; `true` is an empty
  * attribute, and `false`, `null` and `undefined` are no attribute. A button submits no form unless its `type` says so.
  *
  * @template {keyof HTMLElementTagNameMap} Tag

@@ -120,7 +120,7 @@ export function parts({ calls, values, until }, first, end, dense) {
     const isBand = last - at >= FEWEST;
     const from = Math.max(calls[at], first);
     const to = Math.min(calls[(isBand ? last : at) + 1] ?? until, stop);
-    // The last change of a band starts a part of its own, which is visible if it lasts.
+    // The last change of a band starts a separate part, which is visible if it lasts.
     if (isBand) parts.push({ from, to: calls[last], value: values[last], changes: last - at });
     parts.push({ from: isBand ? calls[last] : from, to, value: values[isBand ? last : at], changes: 0 });
     at = (isBand ? last : at) + 1;

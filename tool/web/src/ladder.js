@@ -74,7 +74,7 @@ export function follow(now) {
 function network(of) {
   const { placed, wires, width, height, rail } = layout(of);
   const lines = of.elements.map(({ line }) => line);
-  /** Whether the network was executed, as far as known. @param {Told} now */
+  /** Whether the network is known to have been executed. @param {Told} now */
   const isRun = (now) =>
     lines.some((line) => now.lines.has(line)) ||
     of.elements.some(({ outputs }) => outputs.some(({ wire }) => wire !== null && now.wires.has(wire)));

@@ -273,7 +273,7 @@ function freeName(block) {
   return `${block}_${number}`;
 }
 
-/** All loops: first those created here, then those of the files. */
+/** All loops: first those created here, then those from files. */
 function allRows() {
   /** @type {Row[]} */
   const rows = [];

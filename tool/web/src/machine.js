@@ -53,7 +53,7 @@ export async function openWith(program, machine, plant) {
 }
 
 /**
- * Adds the FMUs of its programs to a described loop, built from files that were opened with it or earlier.
+ * Adds the FMUs for a described loop's programs, built from files that were opened with the loop or earlier.
  *
  * @param {KnownLoop} known
  * @param {File[]} files

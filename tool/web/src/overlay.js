@@ -1,6 +1,6 @@
 /**
- * The curves behind those of a run: earlier runs in their own colours, and dashed curves of the prediction and of the
- * trial of edited values. Also copies values beside the curves with all digits.
+ * The curves drawn behind the current run: earlier runs in their own colours, and dashed curves of the prediction and
+ * of the trial of edited values. Also copies values beside the curves with all digits.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  * @typedef {import("./messages").Curves} View

@@ -322,7 +322,7 @@ function isLong(name) {
 }
 
 /**
- * A name that can wrap after a point: settings of inner blocks have long names.
+ * A name that can wrap after a dot: settings of inner blocks have long names.
  *
  * @param {string} name
  */
@@ -402,7 +402,7 @@ function showField(name, isForced = false) {
 }
 
 /**
- * The field that shows a remark: the field of the first variable named in it that has one.
+ * The variable whose field shows a remark: the first one named in the remark that has a field.
  *
  * @param {import("./messages").Remark} remark
  */

@@ -81,8 +81,8 @@ export function sensorOf(loop) {
 }
 
 /**
- * The inputs through which a user can disturb the loop, such as `PLANT.DOOR`, with their current values, those of the
- * plant first.
+ * The inputs through which a user can disturb the loop, such as `PLANT.DOOR`, with their current values; the plant's
+ * inputs come first.
  *
  * @param {Work} loop
  * @returns {Promise<{ name: string, variable: Variable, value: Value }[]>}

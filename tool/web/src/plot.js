@@ -225,7 +225,7 @@ function drawMarks(self, marks) {
   const [from, to] = [self.scales.x.min ?? 0, self.scales.x.max ?? 0];
   ctx.save();
   ctx.font = scaled(FONT, ratio);
-  // The axes have changed the alignment.
+  // Drawing the axes has changed the text alignment.
   ctx.textAlign = "left";
   ctx.textBaseline = "bottom";
   let free = bbox.left;

@@ -1,6 +1,6 @@
 /**
- * Replays a recording from the plant through the block: does it compute the same as the block in the PLC, and if not,
- * why?
+ * Replays a recording from the plant through the block: does it compute the same values as the block in the PLC, and
+ * if not, why?
  *
  * @typedef {import("./messages").Replayed} Replayed
  * @typedef {import("./csv.js").Recording} Recording

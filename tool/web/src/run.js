@@ -423,7 +423,7 @@ function showStatus() {
   const calls = `${state.calls} ${state.calls === 1 ? "cycle" : "cycles"}`;
   const shown = [...stopped, `t = ${seconds(state.time, state.step)} s`, why, calls].filter(Boolean).join(", ");
   text(status, shown + late);
-  // The bar does not always have room for it.
+  // The bar may be too narrow for the whole text.
   attribute(status, "title", shown);
 }
 
@@ -549,7 +549,7 @@ function setpointControl(loop, name) {
 /** @param {Awaited<ReturnType<typeof disturbances>>} disturbing */
 function disturbanceControl(disturbing) {
   const place = element("span");
-  // A switch needs the word; otherwise the button Disturb says it.
+  // A switch needs this label; otherwise, the Disturb button serves as one.
   const word = element("span", "Disturbance ");
   let at = 0;
   const names = disturbing.map(({ name }, number) => {

@@ -590,7 +590,7 @@ export const store = {
    *
    * @param {number} calls maximum number of calls
    * @param {number} from when the user started it
-   * @returns {Promise<string>} which of the two it does; empty if neither
+   * @returns {Promise<string>} `settled` or `swings`; empty if neither
    */
   async settle(calls, from) {
     let rests = "";
@@ -791,7 +791,7 @@ function named(loop, values) {
 }
 
 /**
- * Splits a name into member and variable. Only a variable's name may contain a point.
+ * Splits a name into member and variable. Only a variable's name may contain a dot.
  *
  * @param {string} name
  * @returns {[string, string]}

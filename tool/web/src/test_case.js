@@ -1,6 +1,6 @@
 /**
- * A program run as a test: the inputs call by call, and the observed outputs, of which the user keeps the expected
- * ones. The result is a file for `plcfmu test`.
+ * A program run as a test: the inputs call by call, and the observed outputs, from which the user selects the
+ * expected ones. The result is a file for `plcfmu test`.
  *
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("tool/history.js").Track} Track

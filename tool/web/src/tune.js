@@ -529,7 +529,7 @@ function modelRow() {
 }
 
 /**
- * The model in the fields, or their problem; `undefined` if a field is empty.
+ * The model in the fields, or what is wrong with them; `undefined` if a field is empty.
  *
  * @returns {Model | string | undefined}
  */

@@ -359,7 +359,7 @@ function wordOf({ of, is_negated: isNegated }) {
   return `${of} `;
 }
 
-/** The order of operands; one that is read twice has the first applicable part. @type {(string | undefined)[]} */
+/** The order of operands; an operand read twice gets the first part that applies. @type {(string | undefined)[]} */
 const PARTS = ["decided", "shared", "idle", undefined];
 
 /**
