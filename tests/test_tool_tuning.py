@@ -473,7 +473,7 @@ def test_a_verdict_says_by_how_much_the_run_differs(open_tool):
     make_step_test(page)
     # A furnace of twice the gain is not the one that was identified.
     page.evaluate("async () => { await (await moduleOf('tool/store.js')).store.now({ 'HEATER.RISE': 600 }); }")
-    page.locator("#tune").get_by_text("The plant was changed after this model was identified: identify it again.").wait_for()
+    page.locator("#tune").get_by_text("The plant was changed after this model was identified: identify the plant again.").wait_for()
     metrics, verdict = run_the_step(page)
     assert verdict.startswith("The run differs from the prediction: ")
     told = {name: float(number) for name, number in re.findall(r"([a-zA-Z][a-zA-Z ]*?) ([+-][\d.]+) (?:%|percentage)", verdict.split(": ")[1])}

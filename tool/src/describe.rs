@@ -141,7 +141,7 @@ pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
     let bytes =
         STANDARD.decode(&file.content).with_context(|| format!("the content of {} is not Base64", file.file))?;
     let format = Format::of_file(&file.file);
-    let format = format.with_context(|| format!("{}: this is not the extension of a parameter file", file.file))?;
+    let format = format.with_context(|| format!("{}: not a parameter file (unknown extension)", file.file))?;
     let options = Options { block: file.block.clone(), name: file.name.clone(), ..Options::default() };
     Ok((format, Source::new(file.file.as_str(), bytes), options))
 }
@@ -175,7 +175,7 @@ pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     if Format::of_file(&file.file).is_none() {
         let endings: Vec<String> =
             Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
-        let message = format!("{}: this is not the extension of a parameter file", file.file);
+        let message = format!("{}: not a parameter file (unknown extension)", file.file);
         return Ok(refused(message, Some(format!("parameter files end in {}", endings.join(", ")))));
     }
     let (format, source, options) = opened(file)?;
@@ -329,7 +329,7 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
         return match variable.kind.as_str() {
             "Integer" if f64::from(given as i32) != given => Err(format!("{name} = {given:?}: not a 32-bit integer")),
             "Boolean" if given != 0.0 && given != 1.0 => {
-                Err(format!("{name} = {given:?}: it is neither true nor false"))
+                Err(format!("{name} = {given:?}: a Boolean must be 0 (FALSE) or 1 (TRUE)"))
             }
             _ => Ok(given),
         };

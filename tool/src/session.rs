@@ -260,7 +260,7 @@ impl Record {
         let columns = view.variables.iter().map(|name| self.column(name)).collect::<Result<Vec<_>>>()?;
         let mut curves = self.trace.curves(&columns, self.calls_between(view.from, view.to), view.points);
         for (name, period) in view.means.iter().flatten() {
-            let at = view.variables.iter().position(|variable| variable == name).context("a mean without a curve")?;
+            let at = view.variables.iter().position(|variable| variable == name).context("no curve to average")?;
             let length = (period / self.step).round().max(1.0) as usize;
             curves.values[at] = self.trace.means(columns[at], &curves.calls, length);
         }
@@ -433,7 +433,7 @@ impl Session {
     pub fn again_up_to(&self, home: &dyn Home, call: usize) -> Result<()> {
         let record = self.record(None)?;
         if call >= record.calls() {
-            bail!("the run has made {} calls: no call {call}", record.calls());
+            bail!("the run has {} calls, numbered from 0: call {call} does not exist", record.calls());
         }
         if call >= MOST_TRIED {
             bail!("call {call} cannot be shown: repeating the run up to it takes more than {MOST_TRIED} calls");

@@ -108,7 +108,7 @@ fn values_that_the_type_does_not_hold_are_errors_and_others_are_rounded() {
 fn a_foreign_fmu_is_checked_by_its_model_description() {
     let of = |name: &str, value| check(&TestHome::default(), FOREIGN, &Values::from([(name.into(), value)])).unwrap();
     assert_eq!(texts(&of("CYCLE", Value::Number(0.0))), [("CYCLE = 0 s: the lowest sensible value is 0.001 s", false)]);
-    assert_eq!(texts(&of("HEAT", Value::Number(0.5))), [("HEAT = 0.5: it is neither true nor false", true)]);
+    assert_eq!(texts(&of("HEAT", Value::Number(0.5))), [("HEAT = 0.5: a Boolean must be 0 (FALSE) or 1 (TRUE)", true)]);
     assert_eq!(of("K", Value::Number(0.1)), Checked::default());
 }
 
@@ -144,7 +144,7 @@ fn a_file_that_cannot_be_used_says_where_and_what_to_do() {
     assert_eq!(wrong.problems[0].place.unwrap().0, 2);
     for name in ["plant.exe", "plant", "<script>.html", ""] {
         let wrong = read(&home, &file(name, "x")).unwrap();
-        assert!(wrong.is_refused && wrong.problems[0].message.ends_with("is not the extension of a parameter file"));
+        assert!(wrong.is_refused && wrong.problems[0].message.ends_with(": not a parameter file (unknown extension)"));
         assert!(wrong.problems[0].help.as_ref().unwrap().contains(".awl"));
     }
     let not_base64 = ReadFile { content: "?".into(), ..file("plant.awl", "") };

@@ -25,13 +25,12 @@ pub const SOURCE: (&str, &str) = ("<!-- source -->", "<!-- end of source -->");
 pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Result<String> {
     let section = section(name, library, values)?;
     let page = replaced(page, PRESET, &section)?;
-    let page =
-        replaced(&page, RECORDING, "Recorded with the start values of the block, not with those of this preset.")?;
+    let page = replaced(&page, RECORDING, "Recorded with the block's start values, not with this preset's.")?;
     if !page.contains(SOURCE.0) {
         // This FMU was packed before FMUs contained C sources.
         return Ok(page);
     }
-    replaced(&page, SOURCE, "This preset has no C source; that of the block has the block's own start values.")
+    replaced(&page, SOURCE, "This preset has no C source; the block's C source has the block's own start values.")
 }
 
 /// The section on the start values.
@@ -41,8 +40,8 @@ fn section(name: &str, library: &str, values: &Loop) -> Result<String, fmt::Erro
     writeln!(html, "<section id=\"preset\">\n<h2>Preset {name}</h2>")?;
     writeln!(
         html,
-        "<p>This FMU is {block} with the start values below. Its library is that of {block} <code>{library}</code>; all other\n\
-         sections of this page are about {block} and its own start values.</p>"
+        "<p>This FMU is {block} with the start values below. It contains the library of {block},\n\
+         <code>{library}</code>; all other sections of this page describe {block} with its own start values.</p>"
     )?;
     writeln!(
         html,

@@ -289,7 +289,7 @@ fn an_earlier_call_is_looked_at_and_the_run_goes_on() {
     assert_eq!(calls, [(json!(false), false), (json!(true), false), (json!(true), false), (json!(true), true)]);
     assert_eq!(lines(&mut engine, Value::Null), (json!(true), true));
     let answer = engine.message(&json!({"do": "monitor", "member": "P1", "call": 8}).to_string());
-    assert!(answer.contains("the run has made 8 calls: no call 8"), "{answer}");
+    assert!(answer.contains("the run has 8 calls, numbered from 0: call 8 does not exist"), "{answer}");
     assert_eq!(ask(&mut engine, json!({"do": "run", "calls": 1}))["values"]["P1.calls"], 9.0);
     assert_eq!(lines(&mut engine, Value::Null), (json!(true), true));
 }

@@ -56,7 +56,7 @@ export function mount() {
     store.live = undefined;
     forgetTracks();
     for (const loop of store.loops) delete loop.notes.runs;
-    store.say("The engine has restarted: its run is gone. Values are kept; start a new run.");
+    store.say("The engine has restarted, and its run is lost. Values are kept; start a new run.");
   });
   store.on("failure", () => store.say(new EngineError(store.state?.failure ?? "")));
 }

@@ -254,7 +254,7 @@ export async function given(hash) {
  * @param {BodyInit} body
  */
 async function post(where, type, body) {
-  const lost = "plcfmu tool has stopped responding. Nothing on this page is lost: restart it and open the new address.";
+  const lost = "plcfmu tool has stopped responding: restart it and open the new address. Nothing on this page is lost.";
   let response;
   try {
     response = await fetch(where, { method: "POST", headers: { "Content-Type": type, "X-Page": tab }, body });

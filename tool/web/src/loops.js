@@ -532,7 +532,7 @@ function showRow(row, number) {
       {
         class: warnings ? "note" : "faint",
         title:
-          warnings && `${row.warnings} ${row.warnings === 1 ? "remark" : "remarks"} from the block on its settings`,
+          warnings && `${row.warnings} ${row.warnings === 1 ? "remark" : "remarks"} from the block about its settings`,
       },
       state,
     ),

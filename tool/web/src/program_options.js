@@ -12,8 +12,8 @@ import { read } from "tool/values.js";
 const CPUS = ["300", "1200", "1500"];
 /** Lists of names: key, title, purpose. @type {["inputs" | "outputs" | "parameters", string, string][]} */
 const LISTS = [
-  ["inputs", "Inputs", "Settings or members of data blocks that become inputs"],
-  ["outputs", "Outputs", "Locals or members of data blocks that become outputs"],
+  ["inputs", "Inputs", "Settings or data block members that become inputs"],
+  ["outputs", "Outputs", "Locals or data block members that become outputs"],
   ["parameters", "Parameters", "Inputs that become parameters"],
 ];
 /** Names with a value: key, title, example, separator. @type {["tags" | "constants", string, string, string][]} */

@@ -89,7 +89,7 @@ export function changed(suspect, { variables }) {
   const last = changes.at(-1);
   const whose = changes.length > 1 && !since && last && "setting" in last ? `${last.setting.name} ` : "";
   if (range) doubts.push(`${whose}${range} fits`);
-  if (confused.length > 0) doubts.push(`a different ${confused.join(" or ")} would fit with it`);
+  if (confused.length > 0) doubts.push(`a different ${confused.join(" or ")} would also fit`);
   return `${all.join(", and ")}${doubts.length > 0 ? ` (${doubts.join("; ")})` : ""}`;
 }
 
@@ -251,7 +251,7 @@ export function verdict(replayed, tolerance, block) {
   }
   if (conclusion === "rounded") {
     const same =
-      "different last digits in the measured values would change just as many. Nothing indicates that a setting differs";
+      "other last digits in the measured values would change as many cycles. Nothing indicates that a setting differs";
     return {
       headline: `${listed(outputs.map(({ variable }) => variable))} agree within the recorded digits.`,
       details: [`${difference}; ${same}: record more digits to see small differences.`, ...recorded],
@@ -347,9 +347,9 @@ function coarsely({ outputs }, { variables }) {
     const span = Math.max(...known) - Math.min(...known);
     if (isBoolean(of?.kind ?? "") || !(span > 0) || allowed <= COARSE * span) return [];
     const unit = unitText(of?.unit);
-    return `${variable} by ${rounded(allowed, "LREAL", 2)}${unit && ` ${unit}`}`;
+    return `${rounded(allowed, "LREAL", 2)}${unit && ` ${unit}`} in ${variable}`;
   });
-  return told.length > 0 ? `Movements of ${listed(told)} or less go unnoticed: that much counts as equal.` : "";
+  return told.length > 0 ? `Differences of up to ${listed(told)} go unnoticed: they are within the tolerance.` : "";
 }
 
 /** @param {string[]} names */

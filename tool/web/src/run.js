@@ -90,7 +90,7 @@ export function mount(content) {
     element("span.long", " with these values"),
   );
   status = element("span.status");
-  const aboutDuration = "How long to run; if empty, until Pause, or at max until the loop has settled";
+  const aboutDuration = "How long to run; if empty, until Pause, or at speed max until the loop has settled";
   duration = numberInput({ id: "run-for", placeholder: "–", title: aboutDuration, oninput: checkDuration });
   duration.addEventListener("keydown", (event) => {
     if (event.key === "Enter" && !running) runOrPause();

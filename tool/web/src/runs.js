@@ -316,7 +316,7 @@ function row(loop, kept, values, metrics) {
     const text = `${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd();
     return element("td.number", { "data-full": figure.value }, text);
   });
-  const why = "The step or its duration differs from the last run: the metrics cannot be compared";
+  const why = "The step or its duration differs from that of the last run: the metrics cannot be compared";
   return element(
     "tr",
     { class: isNow && "is-now" },

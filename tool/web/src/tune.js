@@ -622,7 +622,7 @@ function ruleRow() {
     closedLabel,
     element(
       "span.control",
-      { title: "The setpoint step to predict; if empty, the step of the run" },
+      { title: "The setpoint step to predict; if empty, the run's step" },
       element("label", "Step from ", stepFields.from),
       element("label", " to ", stepFields.to),
       stepUnit,
@@ -759,7 +759,7 @@ function plantOf({ members, connections }) {
 function stale(loop, { plant }) {
   return plant === undefined || plant === plantOf(loop)
     ? []
-    : ["The plant was changed after this model was identified: identify it again."];
+    : ["The plant was changed after this model was identified: identify the plant again."];
 }
 
 /** Shows the next action for the settings of the rule. */

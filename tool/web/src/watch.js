@@ -96,7 +96,7 @@ async function build() {
   fill(
     body,
     shownRows.length === 0
-      ? element("p.faint", "Lists variables of the program with their values; each can be set or forced.")
+      ? element("p.faint", "Lists program variables with their values; each can be set or forced.")
       : element(
           "table.watch",
           tableHead(["Variable", "Value", "Unit", "New value", ""], (column) => column === 1),
