@@ -11,7 +11,7 @@ use crate::state::State;
 use crate::table::Fingerprint;
 use blocks::Block;
 use std::ffi::{CStr, CString, c_void};
-use std::{iter, ptr};
+use std::{mem, ptr};
 
 /// The address of a saved instance. It is only compared, never dereferenced.
 pub type StateAddress = *mut c_void;
@@ -93,8 +93,8 @@ impl<B: Cyclic> Component<B> {
 
     /// A new component in which calls are events or are made within steps.
     pub fn with_events(origin: Origin<B>, logging_on: bool, events: Option<Events>) -> Component<B> {
-        Component {
-            instance: origin.instance().with(events),
+        let mut component = Component {
+            instance: origin.instance(),
             logged: if logging_on { Selection::ALL } else { Selection::ERRORS },
             advice: Vec::new(),
             texts: Vec::new(),
@@ -102,7 +102,9 @@ impl<B: Cyclic> Component<B> {
             is_conversion_advised: false,
             saved: Vec::new(),
             origin,
-        }
+        };
+        component.instance.set_events(events);
+        component
     }
 
     /// Selects the named categories, or all if none are named; no category if logging is off. Replaces earlier
@@ -188,12 +190,14 @@ impl<B: Cyclic> Component<B> {
 
     /// Resets the instance to its initial state. Log categories and saved states are kept.
     pub fn reset(&mut self) {
-        self.instance = self.origin.instance().with(self.instance.events());
+        let events = self.instance.events();
+        self.instance = self.origin.instance();
+        self.instance.set_events(events);
     }
 
-    /// The instance and all saved states, to be dropped one by one.
-    pub fn into_instances(self) -> impl Iterator<Item = Instance<B>> {
-        iter::once(self.instance).chain(self.saved.into_iter().map(|saved| *saved))
+    /// Takes all saved states.
+    pub fn take_saved(&mut self) -> Vec<Box<Instance<B>>> {
+        mem::take(&mut self.saved)
     }
 
     /// Saves the instance in the host's state or, if that is NULL, in a new one.
@@ -214,7 +218,8 @@ impl<B: Cyclic> Component<B> {
         if saved.state == State::EventMode && events.is_none() {
             return Err(messages::state_in_event_mode().into());
         }
-        self.instance = saved.clone().with(events);
+        self.instance = saved.clone();
+        self.instance.set_events(events);
         Ok(())
     }
 

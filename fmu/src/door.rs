@@ -64,9 +64,10 @@ impl<B: Cyclic, H: Host> Door<B, H> {
     }
 
     /// Drops the component, even if parts of it panic.
-    pub fn close(self) {
+    pub fn close(mut self: Box<Self>) {
         // One by one: a panic while another unwinds would end the process.
-        self.component.into_instances().for_each(discard);
+        self.component.take_saved().into_iter().for_each(discard);
+        discard(self);
     }
 
     /// Logs how a call ended and returns its result.
