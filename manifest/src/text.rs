@@ -17,7 +17,7 @@ impl Manifest {
     pub fn parse(text: &str) -> Result<Manifest, String> {
         let mut lines = text.lines();
         if lines.next() != Some(FIRST) {
-            return Err(format!("its first line is not {FIRST:?}"));
+            return Err(format!("the first line is not {FIRST:?}"));
         }
         let mut manifest = Manifest::default();
         for line in lines {
@@ -51,7 +51,7 @@ impl Manifest {
             }
         }
         match manifest.cycle {
-            None | Some(0) => Err("it does not specify the time between two calls".into()),
+            None | Some(0) => Err("the time between two calls is missing".into()),
             Some(cycle) if i32::try_from(cycle).is_err() => Err(format!("cycle = {cycle}: too long")),
             Some(_) => Ok(manifest),
         }
@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(Manifest::parse(&manifest.to_string()), Ok(manifest.clone()));
         let wrong = |from: &str, to: &str| Manifest::parse(&manifest.to_string().replace(from, to)).unwrap_err();
         assert_eq!(wrong("pump.scl", "../pump.scl"), "unexpected line \"source = ../pump.scl\"");
-        assert_eq!(wrong("cycle = 100\n", ""), "it does not specify the time between two calls");
+        assert_eq!(wrong("cycle = 100\n", ""), "the time between two calls is missing");
         assert!(wrong("program 1", "program 2").contains("first line"));
     }
 }

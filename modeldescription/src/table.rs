@@ -170,7 +170,7 @@ pub(crate) fn check(table: &Table) -> Result<(), Error> {
         }
         Some(Row { name, kind, role, .. }) => {
             let (kind, role) = (kind.name(), role.name());
-            return wrong(format!("the cycle is row {name}, which is {kind} and {role}: it must be TIME and cycle"));
+            return wrong(format!("the cycle row {name} has type {kind} and role {role}: they must be TIME and cycle"));
         }
         None => {
             let rows = table.rows.len();

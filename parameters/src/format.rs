@@ -121,7 +121,7 @@ pub fn read(
     let is_tree = matches!(format, Format::Openness | Format::Json | Format::Ssv);
     if is_tree && source.bytes.len() > LARGEST_TREE {
         let (length, most) = (source.bytes.len(), LARGEST_TREE >> 20);
-        let message = format!("the file has {length} bytes: {} may have at most {most} MiB", format.name());
+        let message = format!("the file has {length} bytes: the limit for {} is {most} MiB", format.name());
         let problems = vec![Problem { place: None, message, help: None }];
         return Err(Problems { file: source.file.clone(), text: String::new(), problems });
     }

@@ -49,7 +49,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
     let is_block = |child: &Element| BLOCKS.iter().any(|begin| child.name().starts_with(begin));
     let mut exported = root.elements().filter(is_block).peekable();
     if root.name() != "Document" || exported.peek().is_none() {
-        let message = "expected a Document of TIA Portal Openness with an SW.Blocks.InstanceDB or a technology object";
+        let message = "expected a TIA Portal Openness Document with an SW.Blocks.InstanceDB or a technology object";
         if root.name() == "Document" {
             report.wrong_file(format!("{message}, found none"), None);
         } else {

@@ -59,7 +59,7 @@ impl fmt::Display for Remedy {
             Remedy::Sentence(text) => formatter.write_str(text),
             Remedy::ChooseBlock(blocks) => write!(formatter, "name it with --block: {blocks}"),
             Remedy::ChooseThisBlock(block) => {
-                write!(formatter, "if it is {block}, which has the same members, name that with --block")
+                write!(formatter, "if it is {block}, which has the same members, specify --block {block}")
             }
             Remedy::DeclareConstant(name) => write!(formatter, "--constant {name}=5 declares it"),
             Remedy::DeclareInstance(name) => {

@@ -382,7 +382,7 @@ impl Xml {
 pub(crate) fn check(text: &str) -> Result<(), String> {
     let is_xml = |character: char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
     match text.chars().find(|character| !is_xml(*character)) {
-        Some(character) => Err(format!("XML cannot hold the character {character:?} of {}", quoted(text))),
+        Some(character) => Err(format!("XML cannot represent the character {character:?} in {}", quoted(text))),
         None => Ok(()),
     }
 }

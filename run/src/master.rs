@@ -494,7 +494,7 @@ impl<C: Component> Run<C> {
     /// The number of components is wrong, or the plan observes other variables of the first member.
     pub fn exchange(&mut self, plan: &Plan, others: Vec<C>) -> Result<()> {
         assert_eq!(others.len() + 1, plan.members.len(), "each member has a component");
-        assert_eq!(self.members[0].wiring.own.len(), plan.members[0].observed.references.len(), "the same is observed");
+        assert_eq!(self.members[0].wiring.own.len(), plan.members[0].observed.references.len(), "the same variables");
         let before = self.members.split_off(1);
         let first = std::mem::replace(&mut self.members[0].wiring, Wiring::new(plan, 0));
         self.members.extend(others.into_iter().enumerate().map(|(other, of)| Running::new(plan, other + 1, of)));

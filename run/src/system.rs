@@ -154,7 +154,7 @@ impl FromStr for Setting {
             Some((value, time)) => (value, Some(number(time).with_context(form)?)),
         };
         if variable.is_empty() {
-            return Err(anyhow!("no variable is named").context(form()));
+            return Err(anyhow!("the variable name is missing").context(form()));
         }
         let value = value.parse().with_context(form)?;
         Ok(Setting { variable: variable.into(), value, time, is_preliminary: false, place: None })

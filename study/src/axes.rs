@@ -236,7 +236,7 @@ impl Axes {
     pub(crate) fn warnings(&self, study: &Study) -> Vec<String> {
         let mut warnings = Vec::new();
         if study.distributions() > 0 && self.samples == 1 {
-            warnings.push("samples = 1: each distribution yields a single value; specify the number of samples".into());
+            warnings.push("samples = 1: each distribution yields a single value; use more samples".into());
         } else if study.distributions() > 0
             && matches!(study.sampling, Sampling::Sobol | Sampling::Saltelli)
             && !study.samples.is_power_of_two()

@@ -30,7 +30,7 @@ impl Study {
         }
         let distributions = self.distributions();
         if self.samples == 0 {
-            bail_at!("samples", "samples = 0: specify the number of samples of the distributions, 1 or more");
+            bail_at!("samples", "samples = 0: the distributions need at least 1 sample");
         }
         if distributions == 0 && self.samples > 1 {
             bail_at!(
@@ -44,7 +44,7 @@ impl Study {
         if is_saltelli && !self.correlations.is_empty() {
             bail_at!(
                 "sampling",
-                "sampling = \"saltelli\" needs independent axes, and [[correlations]] makes some depend on others: remove one of the two"
+                "sampling = \"saltelli\" needs independent axes, but [[correlations]] makes some depend on others: remove one of the two"
             );
         }
         if is_saltelli && self.axes.iter().any(|axis| axis.along.length() > 1) {

@@ -200,7 +200,7 @@ fn schema(results: &Results) -> Result<TypePtr> {
 
 /// Writes a range of rows of the column with loop names.
 fn write_loops(to: &mut ColumnWriter, loops: &Loops, runs: Range<u64>) -> Result<()> {
-    let ColumnWriter::ByteArrayColumnWriter(to) = to else { bail!("the schema has other columns") };
+    let ColumnWriter::ByteArrayColumnWriter(to) = to else { bail!("the schema has different columns") };
     let names: Vec<ByteArray> = runs.map(|run| ByteArray::from(loops.name(run))).collect();
     to.write_batch(&names, None, None)?;
     Ok(())
@@ -231,7 +231,7 @@ fn write_column(to: &mut ColumnWriter, place: usize, results: &Results, runs: Ra
                 errors.into_iter().flatten().map(|error| ByteArray::from(error.as_str())).collect();
             to.write_batch(&errors, Some(&is_there), None)?;
         }
-        _ => return Err(anyhow::anyhow!("the schema has other columns")).context("runs.parquet"),
+        _ => return Err(anyhow::anyhow!("the schema has different columns")).context("runs.parquet"),
     }
     Ok(())
 }

@@ -49,7 +49,7 @@ impl Starter {
             Ok(Reply::Ready(ready)) => Ok((worker, ready)),
             Ok(Reply::Refused(message, Some(subject))) => Err(subject.attach(Error::msg(message))),
             Ok(Reply::Refused(message, None)) => bail!(message),
-            Ok(other) => bail!("a worker answered {other:?}"),
+            Ok(other) => bail!("unexpected answer from a worker: {other:?}"),
             Err(End::Interrupted) => bail!("interrupted"),
             Err(end) => {
                 let error = anyhow!("{} while the loop was loaded", worker.text(&end, self));

@@ -167,7 +167,7 @@ fn of_parameters(
     if !others.is_empty() {
         let (count, are) = (others.len(), if others.len() == 1 { "loop of {} is" } else { "loops of {} are" });
         remarks.push(format!(
-            "{shown}: {count} {} left out: the FMU {fmu} has the block {}",
+            "{shown}: {count} {} left out: the FMU {fmu} contains the block {}",
             are.replace("{}", &blocks),
             first.block.name
         ));
@@ -183,7 +183,10 @@ fn of_parameters(
     let settings = |one: &Loop| Setting::of_loop(one, fmu, None);
     let all = settings(first);
     let kept: Vec<usize> = (0..all.len()).filter(|member| is_given(*member) && is_free(&all[*member])).collect();
-    ensure!(!kept.is_empty(), "{shown} sets nothing that the study does not set itself");
+    ensure!(
+        !kept.is_empty(),
+        "{shown} adds no values: the study or a connection already sets them all; use another file"
+    );
     let row = |one: &Loop| {
         let all = settings(one);
         kept.iter().map(|member| all[*member].value).collect()

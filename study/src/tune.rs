@@ -188,7 +188,7 @@ impl Tune {
     /// A number is invalid; the message names the permitted range.
     pub fn check(&self) -> Result<()> {
         if !(10..=100_000).contains(&self.evaluations) {
-            bail_at!("evaluations", "evaluations = {}: it must be from 10 to 100000", self.evaluations);
+            bail_at!("evaluations", "evaluations = {}: it must be between 10 and 100000", self.evaluations);
         }
         if self.search.is_empty() {
             bail!("nothing to search: add a [[tune.search]] table with `variable`, `min` and `max` for each setting");

@@ -76,7 +76,7 @@ impl Found<'_> {
             .collect();
         let what = if broken.is_empty() {
             format!(
-                "the closest one does not have a value of {} for every plant",
+                "for the closest one, {} is not known for every plant",
                 self.tuning.figures[self.tuning.problem.minimize].name
             )
         } else {

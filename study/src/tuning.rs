@@ -291,8 +291,8 @@ fn identify(
     }
     remarks.extend(worst.map(|(fit, number)| {
         format!(
-            "the process value is noisy: for Ms, the plants are a lag with dead time, which fits the step in the \
-             manual value of plant {number} by {fit:.0} %; without noise, Ms is computed from the recorded step itself"
+            "the process value is noisy: for Ms, each plant is approximated by a lag with dead time (worst fit: \
+             {fit:.0} %, for plant {number}); without noise, Ms is computed from the recorded step itself"
         )
     }));
     Ok(identified)
@@ -377,7 +377,7 @@ fn variable(job: &Job, search: &mut Search) -> Result<f64> {
     let value = match set.map(|of| of.value) {
         Some(Value::Number(value)) => Some(value),
         Some(Value::Whole(value)) => Some(value as f64),
-        Some(Value::Boolean(_)) => bail!("{name} is set to TRUE or FALSE, but it is a number"),
+        Some(Value::Boolean(_)) => bail!("{name} is a number, but the loop sets it to TRUE or FALSE: set a number"),
         None => description.start(own),
     };
     Ok(value.unwrap_or_default())

@@ -68,7 +68,7 @@ fn about(variable: &Variable, sentence: &str) -> String {
 /// Finds mistakes that make any description useless: duplicate or missing definitions, and values out of range.
 pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl FnMut(Place, String)) {
     if description.model_exchange.is_none() && description.co_simulation.is_none() {
-        found(None, "there is neither ModelExchange nor CoSimulation: add one, or both".into());
+        found(None, "neither ModelExchange nor CoSimulation is present: add at least one".into());
     }
     let exchanged = description.model_exchange.iter().flat_map(|own| &own.source_files);
     let simulated = description.co_simulation.iter().flat_map(|own| &own.source_files);
@@ -239,7 +239,7 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
         }
     }
     if description.guid.is_empty() {
-        odd.push("guid is empty: the library compares it with its own".into());
+        odd.push("guid is empty: it must be the GUID that the library expects".into());
     }
     if description.model_variables.is_empty() {
         forbidden.push("there are no variables: the schema requires at least one".into());
@@ -297,7 +297,7 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     let needs_start = *causality == Input || matches!(initial, Some(Initial::Exact | Initial::Approx));
     match (needs_start, typed.has_start()) {
         (true, false) => found("start is missing: add it".into()),
-        (false, true) => found("start is given, but the value is calculated: remove it".into()),
+        (false, true) => found("start is given, but the value is calculated: remove start".into()),
         _ => {}
     }
 }

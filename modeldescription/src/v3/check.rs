@@ -46,7 +46,7 @@ fn about(variable: &Variable, sentence: &str) -> String {
 pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl FnMut(Place, String)) {
     let ModelDescription { model_exchange, co_simulation, scheduled_execution, .. } = description;
     if model_exchange.is_none() && co_simulation.is_none() && scheduled_execution.is_none() {
-        found(None, "there is neither ModelExchange nor CoSimulation nor ScheduledExecution: add one".into());
+        found(None, "ModelExchange, CoSimulation and ScheduledExecution are all missing: add at least one".into());
     }
     for (what, repeated) in [
         ("Unit", repeated(description.unit_definitions.iter().map(|unit| &unit.name))),
@@ -254,7 +254,7 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
         }
     }
     if description.instantiation_token.is_empty() {
-        odd.push("instantiationToken is empty: the library compares it with its own".into());
+        odd.push("instantiationToken is empty: it must be the token that the library expects".into());
     }
     let is_time = |variable: &&Variable| variable.common.causality == Causality::Independent;
     match description.model_variables.iter().filter(is_time).count() {
@@ -335,7 +335,7 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     }
     match (matches!(initial, Some(Initial::Exact | Initial::Approx)), variable.has_start()) {
         (true, false) => found("start is missing: add it".into()),
-        (false, true) => found("start is given, but the value is calculated: remove it".into()),
+        (false, true) => found("start is given, but the value is calculated: remove start".into()),
         _ => {}
     }
 }

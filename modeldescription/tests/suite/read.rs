@@ -429,7 +429,9 @@ fn what_has_to_be_there_is_missed() {
         without("<ModelVariables>", "</ModelVariables>"),
         "line 4: fmiModelDescription: element ModelVariables is missing: add it"
     );
-    assert!(without("<ModelExchange ", "</ModelExchange>").contains("there is neither ModelExchange nor CoSimulation"));
+    assert!(
+        without("<ModelExchange ", "</ModelExchange>").contains("neither ModelExchange nor CoSimulation is present")
+    );
 }
 
 #[test]

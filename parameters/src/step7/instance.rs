@@ -106,7 +106,7 @@ impl Instance {
             if !fits {
                 let expected = match member {
                     Some(member) => format!("expected {} ({}) at this position", member.name, member.kind.name()),
-                    None => "expected nothing but memory (STAT) at this position".to_string(),
+                    None => "expected only memory (STAT) at this position".to_string(),
                 };
                 let found = format!("{} := {}", quoted(&name), quoted(&assignment.literal));
                 let message = format!("the member names are lost: in {}, {expected}, found {found}", block.name);

@@ -381,7 +381,7 @@ fn another_block_with_some_of_the_same_names_is_not_taken_for_one_of_these() {
     assert_refused(
         "DATA_BLOCK \"T1\"\nTCONTROL\nBEGIN\n GAIN := 3.0; STEPS := 9; SP_INT := 1.0;\nEND_DATA_BLOCK",
         &[
-            "plant.awl:2:1: `TCONTROL` is not a known block; if it is PUMP, which has the same members, name that with --block",
+            "plant.awl:2:1: `TCONTROL` is not a known block; if it is PUMP, which has the same members, specify --block PUMP",
         ],
     );
 }
@@ -391,7 +391,7 @@ fn a_slip_in_a_block_with_another_number_is_told_and_does_not_cost_the_loop() {
     assert_refused(
         "DATA_BLOCK DB 3\nFB 333\nBEGIN\n TH_TZ := 4; TR_TZ := 5,5; SET := TRUE;\nEND_DATA_BLOCK",
         &[
-            "plant.awl:2:1: `FB333` is not a known block; if it is FAN, which has the same members, name that with --block",
+            "plant.awl:2:1: `FB333` is not a known block; if it is FAN, which has the same members, specify --block FAN",
             "plant.awl:4:24: expected `;` after this value, found `,`; use a decimal point: 1.5",
         ],
     );

@@ -181,8 +181,7 @@ fn a_member_a_type_and_a_value_that_the_block_does_not_have_are_refused_together
 
 #[test]
 fn what_is_no_export_is_refused() {
-    let sentence =
-        "expected a Document of TIA Portal Openness with an SW.Blocks.InstanceDB or a technology object, found";
+    let sentence = "expected a TIA Portal Openness Document with an SW.Blocks.InstanceDB or a technology object, found";
     assert_eq!(refusal(Format::Openness, "<a/>"), format!("plant.xml:1:1: {sentence} `a`"));
     // Openness also exports other objects: nothing in the file is wrong, so the error has no position.
     assert_eq!(refusal(Format::Openness, "<Document/>"), format!("plant.xml: {sentence} none"));
@@ -203,5 +202,5 @@ fn a_data_block_is_written_for_each_loop() {
             .into())
     );
     let error = parameters::write(Format::Openness, &[Loop::new("A\u{1}", valve())], "").unwrap_err();
-    assert_eq!(error, "XML cannot hold the character '\\u{1}' of `A\\u{1}`");
+    assert_eq!(error, "XML cannot represent the character '\\u{1}' in `A\\u{1}`");
 }

@@ -107,7 +107,7 @@ impl<C: Component> Run<C> {
             }
         }
         let error = anyhow!(
-            "the events do not end: after {MOST_UPDATES} updates, outputs still change; step the loop without Event Mode"
+            "event iteration does not end: outputs still change after {MOST_UPDATES} updates; step the loop without Event Mode"
         );
         Err(at_time(error, &plan.members[self.at], time))
     }
@@ -147,6 +147,6 @@ impl<C: Component> Running<C> {
                 return self.component.leave_events();
             }
         }
-        Err(anyhow!("the events do not end: it requested more than {MOST_UPDATES} updates"))
+        Err(anyhow!("event iteration does not end: the FMU requests more than {MOST_UPDATES} updates"))
     }
 }

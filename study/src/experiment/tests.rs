@@ -353,7 +353,7 @@ fn samples_and_runs_have_bounds() {
     let uniform = || axis("C.GAIN", Along::Uniform { min: 1.0, max: 2.0 });
     let mut job = job(vec![uniform()]);
     job.study.samples = 0;
-    assert_eq!(error(&job), "samples = 0: specify the number of samples of the distributions, 1 or more");
+    assert_eq!(error(&job), "samples = 0: the distributions need at least 1 sample");
     job.study = Study { samples: 70_000, sampling: Sampling::Sobol, ..job.study };
     assert_eq!(
         error(&job),
@@ -406,7 +406,7 @@ fn values_outside_of_the_declared_range_are_a_warning_for_each_axis() {
 #[test]
 fn a_number_of_samples_that_is_probably_not_meant_is_a_warning() {
     let mut job = job(vec![axis("C.GAIN", Along::Uniform { min: 1.0, max: 2.0 })]);
-    let single = "samples = 1: each distribution yields a single value; specify the number of samples";
+    let single = "samples = 1: each distribution yields a single value; use more samples";
     assert_eq!(resolved(&job).unwrap().warnings, [single]);
     job.study = Study { samples: 1000, sampling: Sampling::Sobol, ..job.study };
     let uneven = "samples = 1000: a Sobol sequence is most even with a power of 2, such as 1024";

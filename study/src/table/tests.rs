@@ -75,7 +75,7 @@ fn loops_of_another_block_than_the_fmus_are_left_out_with_a_remark_or_refused() 
     let of = of_source(SOURCE, &format!("fmus/{own}.fmu"), None).unwrap();
     assert_eq!((of.axis.names, of.axis.variables), (vec!["TIC1".to_string()], vec!["PID.GAIN".to_string()]));
     let remark = of.remarks.last().unwrap();
-    let expected = format!("plant.awl: 1 loop of {other} is left out: the FMU PID has the block {own}");
+    let expected = format!("plant.awl: 1 loop of {other} is left out: the FMU PID contains the block {own}");
     assert!(remark.ends_with(&expected), "{remark}");
     let alone = &SOURCE[SOURCE.find("DATA_BLOCK \"VALVE1\"").unwrap()..];
     let error = format!("{:#}", of_source(alone, &format!("{own}.fmu"), Some("PID")).unwrap_err());

@@ -222,7 +222,7 @@ fn a_table_that_cannot_be_searched_is_refused_with_what_is_possible() {
     );
     assert_eq!(
         error(&format!("minimize = \"iae\"\nevaluations = 5\n{search}")),
-        "evaluations = 5: it must be from 10 to 100000"
+        "evaluations = 5: it must be between 10 and 100000"
     );
     assert_eq!(
         error(&format!("minimize = \"iae\"\nfront = \"iae\"\n{search}")),
