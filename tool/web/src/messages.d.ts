@@ -328,7 +328,7 @@ variables: Array<string>,
 inputs: boolean, } | { "what": "report",
 /** The loop with its values. */
 of: Loop,
-/** The values before, to compare with; may be empty. */
+/** The previous values, for comparison; may be empty. */
 before: Array<LoopValue>,
 /** The run; by default the current one. */
 run?: number | null,
@@ -430,7 +430,7 @@ is_error: boolean, };
 export type Forecasted = {
 /** The controller's settings in force that have an effect, as a list. */
 settings: string,
-/** Its figures by their keys, of the same step over the same time as those of the run. */
+/** Its figures by key, for the same step and the same time as the run's figures. */
 figures: { [key in string]: number },
 /** Whether the run agrees with the prediction, in a sentence or two. */
 verdict: string, };
@@ -588,7 +588,7 @@ name: string,
 value: Value,
 /** The origin of the value, such as `plant.awl:12:8`; `None` for the block's start value. */
 origin: string | null,
-/** The value in the file, if it differs by now. */
+/** The value in the file, if the current value differs. */
 file: Value | null, };
 
 /** The loops of a file. */
@@ -976,9 +976,9 @@ export type ReportedRun = {
 run: number,
 /** The user's name for it. */
 name: string,
-/** Its settings that differ from those of other runs, at its end. */
+/** Its settings at its end, where they differ from other runs. */
 values: Values,
-/** Its settings that changed during the run, at its beginning. */
+/** Its settings at its beginning, where they changed during the run. */
 begun: Values, };
 
 /** A request of the page. */
