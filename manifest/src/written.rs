@@ -35,7 +35,7 @@ struct Written {
     outputs: Many<String>,
     #[serde(alias = "tag", skip_serializing_if = "Many::is_empty")]
     tags: Many<Tag>,
-    /// An entry without a block is the block to run.
+    /// An entry that is only a name is the block to run.
     #[serde(alias = "instance", skip_serializing)]
     instances: Many<Instance>,
     #[serde(alias = "constant", skip_serializing_if = "Many::is_empty")]
@@ -132,7 +132,7 @@ trait Item: Sized {
         Self::from_text(&number.to_string())
     }
 
-    /// Converts a list of a name and another value.
+    /// Converts a pair, written as a list of a name and a value.
     fn from_pair(_name: String, _of: String) -> Option<Self> {
         None
     }
@@ -268,7 +268,7 @@ fn short<T: Item, S: Serializer>(values: &Many<T>, serializer: S) -> Result<S::O
 
 /// Reads a value of a manifest; a list of values yields several.
 struct Read<T> {
-    /// Whether it is inside a list, where another list is a pair.
+    /// Whether it is inside a list, where a nested list is a pair.
     is_item: bool,
     of: PhantomData<T>,
 }

@@ -1,4 +1,4 @@
-//! The description of an FMU, independent of the version of FMI in which its `modelDescription.xml` is written.
+//! The description of an FMU, independent of the FMI version of its `modelDescription.xml`.
 //!
 //! The elements and words below are common to all versions.
 
@@ -19,7 +19,7 @@ pub const GENERATION_TOOL: &str = concat!("plcfmu ", env!("CARGO_PKG_VERSION"));
 /// The description of an FMU, as needed by a master, a study or a tool.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
-    /// The version of FMI, such as `2.0`.
+    /// The FMI version, such as `2.0`.
     pub fmi_version: &'static str,
     /// The model's name.
     pub model_name: String,
@@ -95,7 +95,7 @@ pub struct Variable {
     pub min: Option<f64>,
     /// The upper end of the range for which the model is valid.
     pub max: Option<f64>,
-    /// The value before initialization; true is 1. For an array, that of the first element.
+    /// The value before initialization; true is 1. For an array, the value of the first element.
     pub start: Option<f64>,
     /// The value of a string before initialization.
     pub start_text: Option<String>,
@@ -145,7 +145,7 @@ impl Variable {
 
 /// The type by which a variable is read and written. An enumeration counts as an Integer.
 ///
-/// The types of FMI 2.0 are Real, Integer and Boolean; FMI 3.0 calls the first two Float64 and Int32.
+/// FMI 2.0 has the types Real, Integer and Boolean; FMI 3.0 calls the first two Float64 and Int32.
 ///
 /// Values are 64-bit floating-point numbers, which hold any value of these types except large ones of Int64 and UInt64:
 /// these are passed as [cells](Type::cell).
@@ -191,7 +191,7 @@ impl Type {
         Type::UInt64,
     ];
 
-    /// The type of FMI 2.0 that holds the values of a PLC type: a TIME is a number of seconds.
+    /// The FMI 2.0 type that holds the values of a PLC type; a TIME is a number of seconds.
     pub const fn from_kind(kind: Kind) -> Type {
         match kind.class() {
             Class::Real => Type::Real,
@@ -578,7 +578,7 @@ impl BaseUnit {
 }
 
 impl Causality {
-    /// Whether this causality permits a variability: the table of FMI 2.0, section 2.2.7. Importers reject an FMU that
+    /// Whether this causality permits a variability (table in FMI 2.0, section 2.2.7). Importers reject an FMU that
     /// violates it.
     pub fn allows(self, variability: Variability) -> bool {
         use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};

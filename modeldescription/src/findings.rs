@@ -1,4 +1,4 @@
-//! Findings about a model description, as sentences, and the rules that the versions of FMI share.
+//! Findings about a model description, as sentences, and the rules common to all FMI versions.
 
 use std::collections::HashSet;
 use std::fmt::Debug;
@@ -11,7 +11,7 @@ pub const MOST_FINDINGS: usize = 20;
 pub struct Findings {
     /// Violations of the FMI standard. A host may reject the FMU.
     pub forbidden: Vec<String>,
-    /// Violations that no importer minds: all importers tested run such FMUs just the same. These are variables missing
+    /// Violations that importers tolerate: all importers tested run such FMUs anyway. These are variables missing
     /// from InitialUnknowns, which importers use only for algebraic loops during initialization.
     pub departures: Vec<String>,
     /// Permitted or common practice that may mislead a host.

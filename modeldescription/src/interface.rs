@@ -1,4 +1,4 @@
-//! A library's description of itself: its block's table and its support of FMI.
+//! A library's description of itself: its block's table and its FMI support.
 
 use crate::description::{Capabilities, LogCategory};
 use crate::error::{Error, shortened};
@@ -13,7 +13,7 @@ use serde::Deserialize;
 pub struct Interface {
     /// The block's table.
     pub table: Table,
-    /// The version of FMI, one of [`VERSIONS`].
+    /// The FMI version, one of [`VERSIONS`].
     pub version: String,
     /// The choice of types presented to hosts, where the version offers one.
     pub types: Types,
@@ -49,7 +49,7 @@ impl Interface {
     /// from the requested [`Interface::version`], [`Interface::types`] and [`Interface::names`].
     ///
     /// # Errors
-    /// The JSON is malformed or belongs to another version of FMI, the cycle row does not contain the cycle, or a
+    /// The JSON is malformed or belongs to a different FMI version, the cycle row does not contain the cycle, or a
     /// response has variables that do not exist; the message states the location.
     pub fn parse(json: &str) -> Result<Interface, Error> {
         // The version is read first because other versions have different keys.

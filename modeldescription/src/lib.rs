@@ -1,6 +1,6 @@
 //! The properties of an FMU, and its modelDescription.xml.
 //!
-//! A library describes its block's [`Table`] and its support of FMI, its [`Interface`]. They are turned into a
+//! A library describes its block in a [`Table`] and its FMI support in an [`Interface`]. They are turned into a
 //! [`ModelDescription`], which can be written as XML and parsed again, and from which a [`Description`] of the FMU is
 //! derived that is independent of the FMI version.
 //!

@@ -1,4 +1,4 @@
-//! A modelDescription.xml, in the version of FMI in which it is written.
+//! A modelDescription.xml of any supported FMI version.
 
 use crate::description::{DefaultExperiment, Description};
 use crate::error::Error;
@@ -8,7 +8,7 @@ use crate::{v2, v3};
 use blocks::Value;
 use blocks::table::number::number;
 
-/// The supported versions of FMI, as in `fmiVersion`.
+/// The supported FMI versions, as in `fmiVersion`.
 pub const VERSIONS: &[&str] = &[v2::FMI_VERSION, v3::FMI_VERSION];
 
 type Read = fn(&[u8]) -> Result<ModelDescription, Error>;
@@ -20,9 +20,9 @@ const READ: [Read; VERSIONS.len()] =
 /// A modelDescription.xml, for writing and checking the file itself; its contents are available as a [`Description`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum ModelDescription {
-    /// A file of FMI 2.0.
+    /// An FMI 2.0 file.
     V2(Box<v2::ModelDescription>),
-    /// A file of FMI 3.0.
+    /// An FMI 3.0 file.
     V3(Box<v3::ModelDescription>),
 }
 

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Reads one instance, which starts at byte [`Options::offset`].
 ///
 /// # Errors
-/// The user names no block, or one whose instances cannot be dumped, or the dump is too short.
+/// The user names no block or one that cannot be dumped, or the dump is too short.
 pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };

@@ -32,7 +32,7 @@ impl Encoding {
         }
     }
 
-    /// The encoding with this name; the names are those that browsers accept.
+    /// The encoding with this name, as used by browsers.
     pub(crate) fn named(name: &str) -> Option<Encoding> {
         #[cfg(feature = "encodings")]
         return Named::for_label(name.as_bytes()).map(Encoding::Named);

@@ -37,7 +37,7 @@ impl Source {
         Source::in_encoding(file.into(), bytes, if is_utf_8 { Encoding::Utf8 } else { Encoding::Windows1252 })
     }
 
-    /// Creates a source in this encoding, unless it starts with the byte order mark of another.
+    /// Creates a source in this encoding, unless it starts with the byte order mark of a different one.
     pub(crate) fn in_encoding(file: String, bytes: Vec<u8>, encoding: Encoding) -> Source {
         let (encoding, start) = Encoding::of_mark(&bytes).unwrap_or((encoding, 0));
         let text = encoding.decode(&bytes[start..]);
@@ -50,8 +50,8 @@ impl Source {
         Source { file, bytes, text, encoding, start, stretches }
     }
 
-    /// Creates a source in the named encoding, unless it starts with the byte order mark of another. Names are those
-    /// that browsers accept: `windows-1251`, `shift_jis`. Without the feature `encodings`, only UTF-8, UTF-16 and
+    /// Creates a source in the named encoding, unless it starts with the byte order mark of a different one. The names
+    /// are as in browsers: `windows-1251`, `shift_jis`. Without the feature `encodings`, only UTF-8, UTF-16 and
     /// Windows-1252 are available.
     ///
     /// # Errors

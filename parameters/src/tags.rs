@@ -3,7 +3,7 @@
 //! | form | written by |
 //! |---|---|
 //! | XML with `SW.Tags.PlcTagTable` ([`read`]) | TIA Portal Openness, version control interface |
-//! | `.sdf`: quoted strings separated by commas ([`read`]) | *Export* of a tag table, symbol table of STEP 7 |
+//! | `.sdf`: quoted strings separated by commas ([`read`]) | *Export* of a tag table, STEP 7 symbol table |
 //! | sheets with the headings *Name*, *Data Type*, *Logical Address*, *Comment*, *Value* ([`of_sheet`]) | *Export* to Excel |
 //! | `"Start" AT %I0.0 : Bool // Start button`, one per line ([`read`], [`declaration`]) | people, and [`Tag`]'s `Display` |
 
@@ -108,7 +108,7 @@ pub fn address(text: &str) -> Option<String> {
     let plain: String = text.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_ascii_uppercase();
     let plain = plain.trim_start_matches('%');
     let plain = plain.strip_suffix(":P").unwrap_or(plain);
-    // Peripheral inputs and outputs of STEP 7.
+    // STEP 7 peripheral inputs and outputs.
     let plain = plain.strip_prefix('P').unwrap_or(plain);
     let mut rest = plain.chars();
     let area = match rest.next()? {

@@ -4,8 +4,8 @@
 //! is solved in closed form, not integrated in small steps: one step of one second yields the same result as a hundred
 //! steps of ten milliseconds, apart from the rounding of 64-bit numbers.
 //!
-//! `exp` and related functions are those of the crate `libm`, not of the system's math library, whose last bits differ
-//! from platform to platform: a plant computes the same bits everywhere.
+//! `exp` and related functions come from the crate `libm`, not from the system's math library, which differs in the
+//! last bits from platform to platform: a plant computes the same bits everywhere.
 //!
 //! ```
 //! use blocks::{LReal, Law};

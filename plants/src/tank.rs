@@ -141,7 +141,7 @@ blocks::block! {
             height: LReal = 2.0, min 0.0, unit "m";
             /// Base area
             ///
-            /// A wider tank is slower: the level rises by inflow minus outflow, divided by AREA. with 0.2 m2, an excess
+            /// A wider tank is slower: the level rises by inflow minus outflow, divided by AREA. With 0.2 m2, an excess
             /// of 10 l/min is 5 cm per minute.
             area: LReal = 0.2, min 0.0, unit "m2";
             /// Inflow with the inflow valve open

@@ -254,7 +254,7 @@ struct Entry<'a> {
     node: &'a Spanned<Node>,
 }
 
-/// A reader for a file, whose errors state line and column.
+/// A file reader; its errors state line and column.
 pub struct Reader<'a> {
     source: Source,
     folder: &'a Path,

@@ -78,7 +78,7 @@ impl Recording {
         self.values.extend_from_slice(row);
     }
 
-    /// Appends the rows of another recording of the same columns.
+    /// Appends the rows of another recording with the same columns.
     pub fn append(&mut self, other: Recording) {
         self.times.extend(other.times);
         self.values.extend(other.values);
@@ -466,7 +466,7 @@ impl<C: Component> Run<C> {
         }
     }
 
-    /// Completes the last row, in which connected inputs have the values that they would receive in another step.
+    /// Completes the last row, in which connected inputs have the values that they would receive in a further step.
     fn show_end(&mut self, plan: &Plan) {
         for (value, column) in self.cells.iter_mut().zip(&plan.columns) {
             *value = self.values[place(plan, plan.source_of(column).unwrap_or(column.source))];

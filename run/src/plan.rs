@@ -197,7 +197,7 @@ impl Reference<'_> {
 }
 
 impl Plan {
-    /// Resolves the names of a system; `descriptions` are those of its members, in order.
+    /// Resolves the names of a system; `descriptions` describes its members, in order.
     ///
     /// # Errors
     /// A name, value, connection or time is wrong; the message states the remedy.

@@ -276,7 +276,7 @@ impl Axes {
     }
 }
 
-/// The system with values for the targets instead of its own settings of them. A target without a value is not set.
+/// The system with the targets set to these values instead of its own. A target without a value is not set.
 pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: &[f64]) -> System {
     let is_replaced = |setting: &Setting| {
         // Unknown names are reported by the plan.

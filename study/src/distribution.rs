@@ -2,7 +2,7 @@
 //!
 //! Values are drawn by inversion: a probability, uniformly distributed between 0 and 1, becomes the quantile for that
 //! probability. One probability yields one value, so that stratified and low-discrepancy sampling work for every
-//! distribution. Exponential and logarithm are those of the crate `libm`, since platform implementations differ.
+//! distribution. Exponential and logarithm come from the crate `libm`, since platform implementations differ.
 
 use crate::Along;
 use libm::{erfc, exp, log};

@@ -130,7 +130,7 @@ impl Expectation {
     /// percentile (0 to 100), `min(FIGURE)`, `median(FIGURE)`, `max(FIGURE)` or `mean(FIGURE)`.
     ///
     /// # Errors
-    /// The figure is unknown, or the unit is not that of the figure.
+    /// The figure is unknown, or the unit differs from the figure's.
     pub fn parse(text: &str, figures: &[Quantity]) -> Result<Expectation> {
         let text = text.trim();
         let read = || {

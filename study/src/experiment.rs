@@ -121,8 +121,8 @@ impl Slot {
 }
 
 impl Experiment {
-    /// Resolves a job. `descriptions` are those of the system's members, in order; `roles` are those of the first
-    /// member, if its library has a table.
+    /// Resolves a job. `descriptions` describes the system's members, in order; `roles` are the first member's roles,
+    /// if its library has a table.
     ///
     /// # Errors
     /// An axis, variable or figure is wrong; the message names the remedy.
@@ -370,8 +370,8 @@ impl<C: Reset> Executor<C> {
         Ok((!has_ended).then(|| measures.end(traces, plan)))
     }
 
-    /// Checks that reset instances compute the same as new ones, by running the second point after the first. If any
-    /// bit differs, all further runs use new instances. A worker calls this once, before its first run.
+    /// Checks that reset instances compute the same results as new ones, by running the second point after the first.
+    /// If any bit differs, all further runs use new instances. A worker calls this once, before its first run.
     ///
     /// Returns a sentence for the user if there is a difference.
     pub fn check_reset(&mut self, mut instantiate: impl FnMut(usize) -> Result<C>) -> Option<String> {

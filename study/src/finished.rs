@@ -40,7 +40,7 @@ struct Summary {
 /// has this many coordinates and figures.
 ///
 /// # Errors
-/// The results belong to another study, or the table is not the one that the study wrote (the message names the
+/// The results belong to another study, or the table has changed since the study wrote it (the message names the
 /// remedy), or `each` fails.
 pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, each: &mut Take) -> Result<bool> {
     const REMEDY: &str = "name another folder with --out, or start over without --resume";

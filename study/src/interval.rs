@@ -11,8 +11,8 @@ const TAIL: f64 = 0.025;
 /// The standard normal quantile for [`TAIL`].
 const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// The confidence interval of a percentile (0 to 100) of values in ascending order: from one of the values to another,
-/// whatever their distribution. `None` if there are too few values for both ends.
+/// The confidence interval of a percentile (0 to 100) of values in ascending order, which may have any distribution.
+/// Both ends are among the values. `None` if there are too few values for both ends.
 ///
 /// H. A. David and H. N. Nagaraja, "Order Statistics" (3rd edition, 2003), section 7.1: the number of values below the
 /// true percentile has a binomial distribution.
@@ -31,7 +31,7 @@ pub fn bounds(sorted: &[f64], percent: f64) -> Option<(f64, f64)> {
 /// The number of values needed for a finite interval on both sides; the percentile is above 0 and below 100.
 pub fn fewest(percent: f64) -> u64 {
     let share = percent / 100.0;
-    // All values lie on one side of the percentile with the probability share ^ count.
+    // The probability that all values are on the same side of the percentile is share ^ count.
     (log(TAIL) / log(share.max(1.0 - share))).ceil() as u64
 }
 

@@ -144,7 +144,7 @@ impl<'a> Columns<'a> {
 }
 
 impl Measures {
-    /// Resolves the figures of a study. `roles` are those of the first member, if it has any.
+    /// Resolves the figures of a study. `roles` are the first member's roles, if it has any.
     ///
     /// # Errors
     /// A signal, value or limit is wrong, or there are no figures at all; the message names the remedy.

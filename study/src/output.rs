@@ -132,7 +132,7 @@ fn read_parquet(from: File, coordinates: usize, figures: usize, each: &mut Take)
     let columns = reader.metadata().file_metadata().schema_descr().columns();
     let leading = if columns.get(1).is_some_and(|column| column.name() == LOOP) { 2 } else { 1 };
     let row = |row: &parquet::record::Row| RunResult {
-        // Null stands for NaN.
+        // Null represents NaN.
         figures: (0..figures)
             .map(|figure| row.get_double(leading + coordinates + figure).unwrap_or(f64::NAN))
             .collect(),

@@ -239,8 +239,8 @@ fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> St
     if text.is_empty() { format!("{name} neither rises nor falls with one setting alone") } else { text }
 }
 
-/// A phrase about the coordinate values at which a figure is best, as the mean of the runs there. `points` are those of
-/// the scatter plot: the values of the first and, if there is one, the second coordinate, and the figure.
+/// A phrase about the coordinate values at which a figure is best, as the mean of the runs there. `points` are the
+/// points of the scatter plot: the values of the first and, if there is one, the second coordinate, and the figure.
 fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &[(f64, f64, f64)]) -> Option<String> {
     let place = |run: u32| {
         let (x, y, _) = points[run as usize];

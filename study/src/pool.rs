@@ -115,8 +115,8 @@ struct Slot {
 }
 
 impl Pool {
-    /// Starts the first worker, which checks the job, and whether reset instances compute the same as new ones: if not,
-    /// a warning is added to the experiment and each run uses new instances. The other workers start on demand.
+    /// Starts the first worker, which checks the job, and whether reset instances compute the same results as new ones:
+    /// if not, a warning is added to the experiment and each run uses new instances. The other workers start on demand.
     ///
     /// # Errors
     /// The job or an FMU is faulty.

@@ -82,7 +82,7 @@ impl Worker {
         self.0.witness.member().and_then(|at| starter.members.get(at)).map(String::as_str)
     }
 
-    /// Executes runs. `each` receives the rows, whose points are removed from `points`. If the process ended before all
+    /// Executes runs. `each` receives the rows; their points are removed from `points`. If the process ended before all
     /// rows were complete, returns the reason.
     pub fn rows(
         &mut self,
@@ -127,7 +127,7 @@ impl Worker {
         }
     }
 
-    /// Checks whether a reset instance computes the same as a new one; returns a message for the user if not.
+    /// Checks whether a reset instance computes the same results as a new one; returns a message for the user if not.
     ///
     /// # Errors
     /// The reason why the process ended.

@@ -26,7 +26,7 @@ pub struct Ran {
     pub step: f64,
     /// The FMUs.
     pub fmus: Vec<RanFmu>,
-    /// The folder of the FMUs, relative to that of the study's file, if one was given.
+    /// The folder of the FMUs, relative to the folder of the study's file, if one was given.
     #[serde(skip)]
     pub folder: Option<String>,
     /// The settings at the start, except those of axes.

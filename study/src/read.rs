@@ -44,7 +44,7 @@ pub struct Reading {
     pub description: String,
     /// The job to run.
     pub job: Job,
-    /// The folder of the FMUs, relative to that of the file, if one was given.
+    /// The folder of the FMUs, relative to the folder of the file, if one was given.
     pub fmus: Option<String>,
     /// The axes whose rows were read from a file, by index.
     pub tables: Vec<(usize, Rows)>,

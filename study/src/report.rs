@@ -253,7 +253,7 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
     Ok(text)
 }
 
-/// Whether a file name is that of a study's picture.
+/// Whether a file with this name is a picture of a study.
 pub fn is_picture(name: &str) -> bool {
     let stem = name.strip_suffix(".svg").or_else(|| name.strip_suffix(".png"));
     stem.is_some_and(|stem| ["curves", "scatter", "tornado"].contains(&stem) || stem.starts_with("histogram_"))

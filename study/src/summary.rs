@@ -78,8 +78,8 @@ pub struct Distribution {
 }
 
 impl Summary {
-    /// Summarizes results. For each figure it lists the `worst` worst runs, and as many of those that failed for a
-    /// reason or lack the figure.
+    /// Summarizes results. Each list has at most `worst` runs: the worst runs of a figure, the runs that lack it, and
+    /// the runs that failed for the same reason.
     ///
     /// # Errors
     /// The results of a large study cannot be read.

@@ -197,8 +197,8 @@ fn of_parameters(
     Ok(Rows { path: path.into(), axis, remarks, source: Some(Source { fmu: fmu.into(), loops }) })
 }
 
-/// The block for the loops that an FMU can have: the one named by its description or its file, else one whose settings
-/// are all variables of the FMU. `None` if there is none.
+/// The block of the loops that fit an FMU: the one named by its description or its file, else one whose settings are
+/// all variables of the FMU. `None` if there is none.
 fn of_fmu(system: &System, fmu: &str, loops: &[Loop]) -> Option<String> {
     let path = &system.members.iter().find(|member| member.name == fmu)?.path;
     // Problems with an FMU are reported when it is loaded. A program has no description yet.

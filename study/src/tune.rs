@@ -174,7 +174,7 @@ impl Search {
         !self.linear && self.min > 0.0
     }
 
-    /// The end of the range at which a value lies: `min`, `max`, or `None`.
+    /// The end of the range that a value has reached: `min`, `max`, or `None`.
     pub fn end(&self, value: f64) -> Option<&'static str> {
         let place = self.place(value);
         (place < 0.005).then_some("min").or((place > 0.995).then_some("max"))

@@ -255,7 +255,7 @@ fn of_point<'a>(own: &'a [(usize, String)], point: &'a [f64]) -> impl Iterator<I
 }
 
 /// Identifies all plants from a step in the manual value. `in_point` marks the coordinates that the points of the
-/// identification contain; `own` are those of the controller.
+/// identification contain; `own` lists the coordinates that belong to the controller.
 fn identify(
     linear: &Linear,
     tune: &Tune,

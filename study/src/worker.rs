@@ -57,7 +57,7 @@ pub enum WorkerRequest {
     },
     /// Execute the runs of these points.
     Rows(Vec<Vec<f64>>, Gives),
-    /// Check whether a reset instance computes the same as a new one.
+    /// Check whether a reset instance computes the same results as a new one.
     CheckReset,
     /// Execute the run of this point and record it.
     Curve(Vec<f64>, Detail),
@@ -88,7 +88,7 @@ pub enum Reply {
     Ready(Ready),
     /// The job is faulty, or a curve cannot be recorded: the message, and its subject.
     Refused(String, Option<Subject>),
-    /// The next rows, in the order of the points. They are complete when there are as many as points.
+    /// The next rows, in the order of the points. They are complete when each point has a row.
     Rows(Vec<RunResult>),
     /// The next piece of the recording.
     Piece(Recording),

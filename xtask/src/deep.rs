@@ -14,8 +14,8 @@ use std::process::Command;
 /// The Python tests that call every function in every state.
 const CONFORMANCE: [&str; 2] = ["tests/test_conformance.py", "tests/test_fmu_state.py"];
 
-/// The number of cases of each test under valgrind, where it takes fifty times as long, and without it: 25 to 100 times
-/// the usual number.
+/// The number of cases of each test under valgrind, which slows it down fiftyfold, and without it: 25 to 100 times the
+/// usual number.
 const CASES: [(&str, &str, &str); 6] = [
     ("PLCFMU_HOSTILE_SEED", "1", "2"),
     ("PLCFMU_HOSTILE_CALLS", "60000", "30000000"),

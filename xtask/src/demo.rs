@@ -20,7 +20,7 @@ pub(crate) struct Options {
 
 /// Packs the FMUs and runs the loops; each prints its figures.
 pub(crate) fn demo(workspace: Workspace, options: &Options) -> Result<()> {
-    // No loop runs a program, and the program library takes long to compile.
+    // No loop runs a program, and the program library takes a long time to compile.
     let workspace = &Workspace { programs: None, ..workspace };
     let loops = choose(find(&workspace.root.join("examples"))?, &options.names)?;
     let mut steps = Steps::new(2 + loops.len());

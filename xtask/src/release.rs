@@ -215,13 +215,13 @@ fn unreleased(changelog: &str) -> &str {
     rest.split("\n## ").next().unwrap_or_default().trim()
 }
 
-/// Writes version and date into the files, commits them and creates the tag. The date is that of the last commit, so
-/// that the same state yields the same release.
+/// Writes version and date into the files, commits them and creates the tag. The date is the last commit's, so that
+/// the same state yields the same release.
 fn commit(root: &Path, sources: &Sources, version: &str) -> Result<()> {
     let date = git(root, &["log", "-1", "--format=%cs"])?;
     let current = sources.version()?;
     let manifest = fs::read_to_string(root.join(MANIFEST)).context(MANIFEST)?;
-    // The first version in the file is that of [workspace.package]; package versions follow it.
+    // The first version in the file belongs to [workspace.package]; package versions follow it.
     let line = |version: &str| format!("\nversion = \"{version}\"\n");
     let files = [
         (MANIFEST, manifest.replacen(&line(current), &line(version), 1)),
@@ -243,7 +243,7 @@ fn commit(root: &Path, sources: &Sources, version: &str) -> Result<()> {
         .current_dir(root))
 }
 
-/// The contents of CITATION.cff with another version and date.
+/// The contents of CITATION.cff with this version and date.
 fn cite(citation: &str, version: &str, date: &str) -> String {
     let lines = citation.lines().filter(|line| !line.starts_with("date-released:"));
     let cited = lines.map(|line| match line.starts_with("version:") {

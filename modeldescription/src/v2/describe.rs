@@ -1,4 +1,4 @@
-//! Derives a description of the FMU from a model description of FMI 2.0, and changes its start values.
+//! Derives a description of the FMU from an FMI 2.0 model description, and changes its start values.
 
 use super::description::{
     FMI_VERSION, IntegerAttributes, ModelDescription, RealAttributes, TypeAttributes, Typed, Variable,

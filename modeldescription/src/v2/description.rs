@@ -1,4 +1,4 @@
-//! The contents of a modelDescription.xml of FMI 2.0 as plain data: one line for each attribute and each list.
+//! The contents of an FMI 2.0 modelDescription.xml as plain data: one line for each attribute and each list.
 //!
 //! Structs and fields are named like the elements and attributes of the standard. If an attribute is absent, its field
 //! has the standard's default, or is `None` if there is no default. Annotations are dropped: only the tool that wrote
@@ -15,11 +15,11 @@ use crate::xml::attributes::*;
 use crate::xml::read::{Attribute, Document, Tag};
 use crate::xml::write::Xml;
 
-/// The version stated by every model description of FMI 2.0 and its maintenance releases.
+/// The version stated by every model description for FMI 2.0 and its maintenance releases.
 pub const FMI_VERSION: &str = "2.0";
 
 elements! {
-    /// A model description of FMI 2.0: the element `fmiModelDescription`.
+    /// An FMI 2.0 model description: the element `fmiModelDescription`.
     ModelDescription "fmiModelDescription" with "fmiVersion" = FMI_VERSION {
         /// The model's name.
         model_name "modelName": String;

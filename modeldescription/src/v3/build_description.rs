@@ -1,4 +1,4 @@
-//! The contents of `sources/buildDescription.xml` of FMI 3.0: how the sources of an FMU are compiled.
+//! The contents of an FMI 3.0 `sources/buildDescription.xml`: how the sources of an FMU are compiled.
 
 use super::SCHEMA;
 use super::description::FMI_VERSION;

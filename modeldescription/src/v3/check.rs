@@ -1,4 +1,4 @@
-//! Finds mistakes in a model description of FMI 3.0 that is valid XML.
+//! Finds mistakes in an FMI 3.0 model description that is valid XML.
 
 use super::describe::size;
 use super::description::{

@@ -1,4 +1,4 @@
-//! Derives a description of the FMU from a model description of FMI 3.0, and changes its start values.
+//! Derives a description of the FMU from an FMI 3.0 model description, and changes its start values.
 
 use super::description::{
     Causality, Dimension, FMI_VERSION, FloatAttributes, IntegerAttributes, ModelDescription, TypeAttributes, Typed,

@@ -1,4 +1,4 @@
-//! The contents of a modelDescription.xml of FMI 3.0 as plain data: one line for each attribute and each list, as for
+//! The contents of an FMI 3.0 modelDescription.xml as plain data: one line for each attribute and each list, as for
 //! FMI 2.0.
 //!
 //! Structs and fields are named like the elements and attributes of the standard. If an attribute is absent, its field
@@ -21,11 +21,11 @@ use crate::xml::write::Xml;
 use std::borrow::Cow;
 use std::fmt;
 
-/// The version stated by every model description of FMI 3.0 and its maintenance releases.
+/// The version stated by every model description for FMI 3.0 and its maintenance releases.
 pub const FMI_VERSION: &str = "3.0";
 
 elements! {
-    /// A model description of FMI 3.0: the element `fmiModelDescription`.
+    /// An FMI 3.0 model description: the element `fmiModelDescription`.
     ModelDescription "fmiModelDescription" with "fmiVersion" = FMI_VERSION {
         /// The model's name.
         model_name "modelName": String;
@@ -278,7 +278,7 @@ elements! {
         value "value": Option<String>;
     }
 
-    /// `Alias`: another name of a variable.
+    /// `Alias`: an additional name for a variable.
     Alias "Alias" {
         /// The name.
         name "name": String;

@@ -253,7 +253,7 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     })
 }
 
-/// A WORD or DWORD as another integer type with the same bits; the range is dropped.
+/// A WORD or DWORD as a different integer type with the same bits; the range is dropped.
 fn bits(mut own: Integer, of: fn(i128) -> i128) -> Integer {
     own.start.iter_mut().flatten().for_each(|start| *start = of(*start));
     own.attributes = IntegerAttributes::default();

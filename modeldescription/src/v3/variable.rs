@@ -1,4 +1,4 @@
-//! The elements of FMI 3.0 for variables and for types: one for each data type, with different names and attributes.
+//! The FMI 3.0 elements for variables and for types: one for each data type, with different names and attributes.
 
 use super::description::{
     Alias, BinaryAttributes, Boolean, Causality, ClockAttributes, Common, Dimension, Float, FloatAttributes, Initial,

@@ -1,4 +1,4 @@
-//! The XML of a model description in any version of FMI: table-driven elements and attributes, read within limits and
+//! The XML of a model description in any FMI version: table-driven elements and attributes, read within limits and
 //! written.
 
 pub(crate) mod attributes;

@@ -1,4 +1,4 @@
-//! Reads a modelDescription.xml, or another file of FMI, as elements.
+//! Reads a modelDescription.xml, or another FMI file, as elements.
 
 use super::attributes::{Element, TWICE};
 use super::lexical::{SPACES, Value, is_xml};
@@ -7,7 +7,7 @@ use quick_xml::events::{BytesDecl, BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::borrow::Cow;
 
-/// The limits for reading. A file within them takes at most about ten times its size in memory.
+/// The limits for reading. A file within them needs at most about ten times its size in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// The size of the file in bytes.
@@ -26,7 +26,7 @@ impl Default for Limits {
     }
 }
 
-/// The version of FMI according to which a document is read.
+/// The FMI version according to which a document is read.
 #[derive(Clone, Copy)]
 pub(crate) struct Schema {
     /// The version as stated by `fmiVersion`.
@@ -99,7 +99,7 @@ pub(crate) struct Tag<'a> {
     tag: BytesStart<'a>,
     /// Whether it is also the end tag: `<a/>`.
     is_empty: bool,
-    /// The version of FMI.
+    /// The FMI version.
     version: &'static str,
     /// The whole document, and the position of the tag in it.
     text: &'a str,
@@ -389,7 +389,7 @@ fn cut_off(element: &Tag<'_>) -> Error {
     element.refused("the file ends inside this element: it is truncated")
 }
 
-/// The version is determined first because other versions of FMI have different attributes.
+/// The version is determined first because other FMI versions have different attributes.
 fn version_among(versions: &[&'static str], root: &Tag<'_>) -> Result<usize, Error> {
     let mut attributes = root.tag.attributes();
     let attributes = attributes.with_checks(false).filter_map(Result::ok);

@@ -1,7 +1,7 @@
-//! Reads PLC source text: AWL and SCL sources of STEP 7, and external sources of TIA Portal.
+//! Reads PLC source text: STEP 7 AWL and SCL sources, and TIA Portal external sources.
 //!
 //! A text contains blocks. Instance data blocks of known blocks become loops, and so do the instances declared by a
-//! function block whose values are in a data block. Other blocks are skipped.
+//! function block if a data block contains their values. Other blocks are skipped.
 
 mod instance;
 mod lexer;

@@ -27,7 +27,7 @@ pub(super) struct Name {
 pub(super) enum Item {
     DataBlock(DataBlock),
     FunctionBlock(FunctionBlock),
-    /// A block of another kind, which is skipped.
+    /// Any other block, which is skipped.
     Other(Name),
 }
 

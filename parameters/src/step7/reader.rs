@@ -318,7 +318,7 @@ impl Reader<'_> {
         true
     }
 
-    /// Reads a data block of an unknown type, whose block is recognized by its members.
+    /// Reads a data block of an unknown type, recognizing the block by its members.
     fn unknown(&mut self, db: &DataBlock, kind: &Name) {
         let (values, errors) = assignments(self.text, db.body.clone());
         let remark =
@@ -360,7 +360,7 @@ impl Reader<'_> {
         self.report.wrong_with(kind.span.clone(), message, Some(help));
     }
 
-    /// Skips a data block that is an instance of another block.
+    /// Skips a data block that is not an instance of a known block.
     fn skip(&mut self, db: &DataBlock, kind: &Name) {
         const MOST: usize = 20;
         if self.unknown.len() < MOST {

@@ -7,13 +7,13 @@ use crate::problem::quoted;
 use blocks::{Kind, Value};
 use std::collections::HashSet;
 
-/// The maximum length of a data block's name in the symbol table of STEP 7, in characters.
+/// The maximum length of a data block name in the STEP 7 symbol table, in characters.
 const LONGEST_SYMBOL: usize = 24;
 
-/// The maximum length of a data block's name in TIA Portal, in characters.
+/// The maximum length of a data block name in TIA Portal, in characters.
 const LONGEST_NAME: usize = 125;
 
-/// Possible member names that have another meaning in AWL or SCL.
+/// Possible member names that have a different meaning in AWL or SCL.
 const RESERVED: [&str; 40] = [
     "A", "AN", "AND", "AR", "BEGIN", "CALL", "CASE", "CLR", "D", "DI", "DIV", "DO", "EXIT", "F", "FALSE", "FOR", "FP",
     "I", "IF", "L", "M", "MOD", "NOT", "O", "ON", "OR", "Q", "R", "RETURN", "S", "SET", "STOP", "T", "TAR", "TITLE",

@@ -41,7 +41,7 @@ fn json_and_xml_above_16_mib_are_not_read() {
     let source = Source::new("plant", vec![b' '; 17 << 20]);
     for format in [Format::Json, Format::Ssv, Format::Openness] {
         let error = read(format, &source, &all(), &Options::default()).unwrap_err().to_string();
-        assert!(error.contains("the limit for ") && error.ends_with(" is 16 MiB"), "{error}");
+        assert!(error.ends_with(" is 16 MiB"), "{error}");
     }
 }
 

@@ -41,7 +41,7 @@ pub struct Step {
     pub to: Option<f64>,
     /// The time of the step in seconds; by default a tenth of the run.
     pub time: Option<f64>,
-    /// The end of the run in seconds; by default that of the study.
+    /// The end of the run in seconds; by default the end of the study's runs.
     pub stop: Option<f64>,
     /// Whether the plant is integrating.
     pub is_integrating: bool,
@@ -95,8 +95,8 @@ impl Linear {
         Ok(linear)
     }
 
-    /// Adds the pulse former to which the controller is connected, if there is one. The tables are those of the
-    /// members.
+    /// Adds the pulse former to which the controller is connected, if there is one. `tables` contains the members'
+    /// tables.
     ///
     /// # Errors
     /// A table is damaged.

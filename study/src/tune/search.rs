@@ -297,7 +297,7 @@ where
         }
     }
 
-    /// The cost to minimize: from -1 to 1 for feasible candidates, from 1 for others.
+    /// The cost to minimize: from -1 to 1 for feasible candidates, at least 1 for others.
     fn cost(&self, aim: &Aim, candidate: &Candidate) -> f64 {
         let (value, scale) = match aim {
             Aim::Second => (candidate.second, self.scales.1),
