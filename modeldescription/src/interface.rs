@@ -181,8 +181,8 @@ mod tests {
         // The parser stops at the first of the two bytes of ä: the text ends before it.
         let error = refused(r#""start":0.1"#, r#""start":ä"#);
         assert!(error.contains(r#"\"start\":"; build"#), "{error}");
-        // An x where a comma belongs. The 60 bytes up to it begin with an ä, and, with a b after the last ä, in the middle
-        // of one, which is then shown whole.
+        // An x instead of a comma. The 60 bytes before it start with a whole ä or, with a b after the last ä, inside
+        // one, which is then shown whole.
         for end in ["", "b"] {
             let name = "ä".repeat(50) + end;
             let error = Interface::parse(&format!("{{\"table\":{{\"name\":\"{name}\"x")).unwrap_err().to_string();

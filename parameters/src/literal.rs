@@ -415,7 +415,7 @@ mod tests {
 
     #[test]
     fn a_real_is_converted_straight_to_binary32() {
-        // Halfway between two REALs and a bit more. By way of binary64 the bit is lost, and the tie goes down.
+        // Slightly more than halfway between two REALs. Via binary64, it becomes a tie, which is rounded down.
         let literal = "1.00000005960464477539062500000000001";
         assert_eq!(real(literal).to_bits(), 0x3F80_0001);
         assert_eq!((literal.parse::<f64>().unwrap() as f32).to_bits(), 0x3F80_0000);
@@ -552,7 +552,7 @@ mod tests {
         assert_eq!(text(Value::Real(2.0)), "2.000000e+000");
         assert_eq!(text(Value::Real(-0.0001)), "-1.000000e-004");
         assert_eq!(text(Value::Real(0.9)), "9.000000e-001");
-        // Six decimals would be another number.
+        // Six decimals would represent a different number.
         assert_eq!(text(Value::Real(std::f32::consts::PI)), "3.1415927e+000");
         assert_eq!(text(Value::LReal(0.1)), "1.000000e-001");
         assert_eq!(text(Value::Time(Time::ms(20_000))), "T#20S");
@@ -571,7 +571,7 @@ mod tests {
         assert_eq!(real(&format!("0.{}", "3".repeat(1_000_000))), 1.0 / 3.0);
     }
 
-    /// Whether the value is read back bit by bit.
+    /// Whether the value reads back bit for bit.
     fn reads_back(value: Value) -> bool {
         let literal = text(value);
         match (parse(&literal, value.kind()), value) {

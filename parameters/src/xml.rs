@@ -398,7 +398,7 @@ mod tests {
             + document.resolved.capacity()
     }
 
-    /// The smallest elements with a text, an attribute or an entity: no file takes ten times its size in memory.
+    /// The smallest elements with text, an attribute or an entity: no file needs ten times its size in memory.
     #[test]
     fn a_file_of_tiny_elements_takes_little_memory() {
         for (element, count) in [
@@ -411,12 +411,12 @@ mod tests {
             let text = format!("<r>{}</r>", element.repeat(count));
             let document = tree(&text).unwrap();
             assert_eq!(document.root().elements().count(), count);
-            // What grows by doubling has its old place and its new one for a moment.
+            // While a growing vector is reallocated, its old and new memory coexist.
             let grown = bytes(&document) - document.nodes.capacity() * size_of::<Node>();
             let most = bytes(&document) + grown / 2;
             assert!(most < 9 * text.len(), "{element}: {most} bytes for {}", text.len());
         }
-        // What only looks like elements.
+        // Only looks like elements.
         assert!(bytes(&Document::parse(&"<a".repeat(10_000)).unwrap()) <= 8 * 20_000);
     }
 

@@ -350,7 +350,7 @@ mod tests {
             let t = f64::from(call) / 100.0;
             let decay = (-t / 0.1).exp();
             assert_close(drive.speed, 1_500_000.0 / 32767.0 * (1.0 - decay), 1e-11);
-            // 100 % accelerates by 750 rpm a second.
+            // 100 % torque accelerates by 750 rpm/s.
             assert_close(drive.torque, 1_500_000.0 / 32767.0 * decay / 0.1 / 7.5, 1e-9);
         }
         assert!(!drive.trip);
@@ -358,7 +358,7 @@ mod tests {
 
     #[test]
     fn a_large_step_is_followed_with_the_torque_limit_first() {
-        // 32767 rpm at 32767 counts, in 2 s with 100 %: with 150 % less 50 % of load 16383.5 rpm a second. The lag
+        // 100 % torque reaches 32767 rpm in 2 s, so 150 % less a load of 50 % accelerates by 16383.5 rpm/s. The lag
         // takes over when 1638.35 rpm are left, at (10000 - 1638.35) / 16383.5 s, in the middle of a cycle.
         let mut drive = started(Drive { sp: 10_000, load: 50.0, ..untripped() });
         let change = (10_000.0 - 1638.35) / 16383.5;
@@ -369,7 +369,7 @@ mod tests {
             assert_close(drive.speed, if t < change { 16383.5 * t } else { lag }, 1e-8);
             assert_close(drive.torque, if t < change { 150.0 } else { 50.0 + (10_000.0 - lag) / 0.1 / 163.835 }, 1e-8);
         }
-        // Braking, the load helps: 200 % are 32767 rpm a second.
+        // The load helps with braking: 200 % is 32767 rpm/s.
         drive.sp = -10_000;
         let before = drive.speed;
         drive.call();
@@ -406,7 +406,7 @@ mod tests {
 
     #[test]
     fn a_ramp_of_more_than_the_largest_difference_per_lag_trips_it() {
-        // 750 rpm a second are 163.8 counts in a call of 10 ms. On the ramp the speed stays r CTRL_TM behind.
+        // 750 rpm/s is 163.8 counts per call of 10 ms. On the ramp the speed lags by r CTRL_TM.
         let trips = |counts_per_call: i16, load| {
             let mut drive = started(Drive { load, ..Drive::default() });
             (0..190).any(|_| {
@@ -417,7 +417,7 @@ mod tests {
         };
         assert!(!trips(150, 0.0));
         assert!(trips(170, 0.0));
-        // With 100 % of load 50 % are left: 375 rpm a second, 81.9 counts a call.
+        // A load of 100 % leaves 50 %: 375 rpm/s, or 81.9 counts per call.
         assert!(!trips(80, 100.0));
         assert!(trips(110, 100.0));
     }
@@ -478,7 +478,7 @@ mod tests {
             drive.call();
             assert_eq!((drive.speed, drive.torque, drive.n_act), (0.0, 0.0, 0));
 
-            // No speed control lag: 1125 rpm a second to the setpoint, then there.
+            // No speed control lag: 1125 rpm/s up to the setpoint, where the speed stays.
             let mut drive = started(Drive { ctrl_tm: bad, sp: 1600, ..Drive::default() });
             drive.call();
             assert_close(drive.speed, 11.25, 1e-12);

@@ -383,7 +383,6 @@ mod tests {
         assert_eq!([6.0, 7.0, 8.0].map(|value| analog(value, 7.0, 7.0).value()), [0, 0, 0], "no range");
     }
 
-    /// What comes out at the start of each cycle and of each cycle's second part, with 1, 2, 3 ... going in.
     #[test]
     fn seconds_are_exact_to_a_double() {
         assert_eq!(seconds(Time::ms(100)), 0.1);

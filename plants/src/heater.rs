@@ -327,7 +327,7 @@ mod tests {
 
     #[test]
     fn a_warm_start_is_at_rest_until_the_power_that_held_it_has_arrived() {
-        // (170 - 20) degC is held by 50 %.
+        // 50 % holds (170 - 20) degC.
         let mut heater = started(Heater { t_start: 170.0, ..Heater::default() });
         run(&mut heater, 5.0);
         assert_close(heater.temp, 170.0, 1e-11);

@@ -120,7 +120,7 @@ mod tests {
         }
         let mut names = Names(Vec::new());
         for_each_plant(&mut names);
-        // A package cannot find a plant in a file with another name.
+        // A package cannot find a plant in a file with a different name.
         assert_eq!(MODULES.iter().map(|module| module.to_uppercase()).collect::<Vec<_>>(), names.0);
         assert_eq!(Plant::<{ place("tank") }>::TABLE.name, "TANK");
         let refused = |name: &'static str| std::panic::catch_unwind(|| place(name)).is_err();

@@ -259,7 +259,7 @@ mod tests {
     use super::*;
     use blocks::{Block, Stored, Word};
 
-    /// A sensor without noise and quantization.
+    /// A sensor without noise or quantization.
     fn plain() -> Sensor {
         started(Sensor { noise: 0.0, steps: 0, ..Sensor::default() })
     }
@@ -319,7 +319,7 @@ mod tests {
     #[test]
     fn the_noise_has_its_mean_its_deviation_and_the_shares_of_a_gaussian() {
         let values = recorded(Sensor { u: 50.0, noise: 2.0, steps: 0, ..Sensor::default() }, 100_000);
-        // The mean of 100 000 values has a deviation of 0.006, their deviation one of 0.0045.
+        // The standard error is 0.006 for the mean of 100 000 values, and 0.0045 for their deviation.
         assert_close(mean(&values), 50.0, 0.02);
         assert_close(deviation(&values), 2.0, 0.015);
         let within = |width: f64| mean_of(&values, |value| f64::from((value - 50.0).abs() < width));
@@ -411,7 +411,7 @@ mod tests {
         sensor.u = 100.0 / 4096.0;
         sensor.call();
         assert_eq!(sensor.y_per.value(), 7);
-        // Without steps of its own it still is a word.
+        // Without STEPS, Y_PER is still a word.
         let mut sensor = Sensor { u: 25.0, ..plain() };
         sensor.call();
         assert_eq!(sensor.y_per.value(), 6912);

@@ -395,7 +395,7 @@ mod tests {
 
     #[test]
     fn without_outflow_the_level_rises_evenly() {
-        // 60 l/min in 0.2 m2: 5 mm a second.
+        // 60 l/min into 0.2 m2: 5 mm/s.
         let mut tank = started(Tank { valve: 60.0, drain: 0.0, ..Tank::default() });
         run(&mut tank, 100.0);
         assert_close(tank.level, 1.0, 1e-13);

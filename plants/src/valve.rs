@@ -620,7 +620,7 @@ mod tests {
 
     #[test]
     fn a_reversal_takes_up_the_backlash_first() {
-        // 6 % of 30 s are 1.8 s.
+        // 6 % of 30 s is 1.8 s.
         let mut valve = started(Valve { up: true, backlash: 6.0, ..Valve::default() });
         run(&mut valve, 1.8);
         assert_close(valve.lmnr, 0.0, 1e-9);
@@ -815,7 +815,7 @@ mod tests {
 
     #[test]
     fn lags_much_shorter_than_the_cycle_are_exact_down_to_a_hundredth_of_it() {
-        // A ramp of 80/30 K/s with a lag of 10 ms: that far behind it.
+        // The temperature lags a ramp of 80/30 K/s by 10 ms.
         let mut valve =
             started(Valve { up: true, cycle: Time::ms(1000), hx_tm: 0.01, sens_tm: 0.0, ..Valve::default() });
         for second in 1..=20 {

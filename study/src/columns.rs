@@ -193,7 +193,8 @@ mod tests {
     #[test]
     fn columns_of_which_blocks_are_in_a_file_are_those_in_memory() {
         let folder = tempfile::tempdir().unwrap();
-        // Blocks of 4 rows: two in the file and two rows in memory; of 5, of which the last is full; of one row; all in memory.
+        // Blocks of 4 rows: two in the file, and two rows in memory; blocks of 5 rows, the last one full; blocks of one
+        // row; all rows in memory.
         for (most, spilled) in [(12, 8), (15, 5), (1, 9), (30, 0)] {
             let columns = columns(most, folder.path()).unwrap();
             assert_eq!((columns.count(), columns.spilled()), (10, spilled), "{most}");

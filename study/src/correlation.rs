@@ -130,7 +130,7 @@ mod tests {
             (0..count).map(own).collect()
         };
         let [a, b, c] = [sample(0), sample(1), sample(2)];
-        // For uniform numbers, the rank correlation is the correlation: 12 times the mean product of the deviations
+        // For uniform numbers, the rank correlation equals the correlation: 12 times the mean product of the deviations
         // from 1/2.
         let rank = |x: &[f64], y: &[f64]| {
             12.0 * x.iter().zip(y).map(|(x, y)| (x - 0.5) * (y - 0.5)).sum::<f64>() / count as f64

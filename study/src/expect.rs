@@ -387,7 +387,7 @@ mod tests {
         ]
     }
 
-    /// Results with overshoot and settling; no values at all is a run that failed.
+    /// Results with overshoot and settling; `None` is a failed run.
     fn results(rows: &[Option<(f64, f64)>]) -> Results {
         let mut results = Results::new(Vec::new(), figures());
         for row in rows {
@@ -514,7 +514,7 @@ mod tests {
 
     #[test]
     fn too_few_samples_decide_nothing_of_a_percentile() {
-        // Of the runs 0 to 19 with 0 to 19 %: the interval of the 95th percentile begins with the 17th value and has no end.
+        // Runs with 0 to 19 %: the interval of the 95th percentile begins at the 17th value and has no upper end.
         let rows: Vec<_> = (0..20).map(|run| Some((f64::from(run), 1.0))).collect();
         let results = results(&rows);
         let verdict = |text: &str| parse(text).verdict(&results, true).unwrap();
@@ -526,7 +526,7 @@ mod tests {
             "20 runs cannot decide this: the 95th percentile of overshoot is 18.05 % (95 % confidence interval: \
              16 % to any value); at least 72 runs are needed"
         );
-        // Whatever more runs would show.
+        // Not met, regardless of what additional runs would show.
         let not_met = verdict("p95(overshoot) < 16 %");
         assert!(!not_met.is_undecided);
         assert_eq!(not_met.problem.unwrap(), "the 95th percentile of overshoot is 18.05 %");
@@ -545,7 +545,7 @@ mod tests {
             "20 runs cannot decide this: the median of overshoot is 9.5 % (95 % confidence interval: 5 % to \
              14 %); more runs are needed"
         );
-        // All the machines that there are, and what is said of the runs alone.
+        // The runs are all the machines, and expectations about the runs alone.
         assert_eq!(parse("p95(overshoot) < 100 %").verdict(&results, false).unwrap().problem, None);
         assert_eq!(
             [verdict("max(overshoot) < 100 %").problem, verdict("mean(overshoot) < 100 %").problem],

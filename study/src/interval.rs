@@ -93,9 +93,10 @@ mod tests {
 
     #[test]
     fn the_interval_of_a_median_is_that_of_the_tables() {
-        // Of 20 values the 6th and the 15th: 5 or fewer of 20 tosses have the probability 0.0207, 6 or fewer 0.0577.
+        // The 6th and 15th of 20 values: at most 5 heads in 20 tosses have the probability 0.0207, at most 6
+        // 0.0577.
         assert_eq!(ranks(20, 0.5), Some((Some(6), Some(15))));
-        // Of 6 values the ends: 2 / 64 = 0.031 outside. Of 5 values 2 / 32 = 0.0625 would be.
+        // Both ends of 6 values: 2 / 64 = 0.031 is outside. For 5 values it would be 2 / 32 = 0.0625.
         assert_eq!((ranks(6, 0.5), ranks(5, 0.5)), (Some((Some(1), Some(6))), Some((None, None))));
         assert_eq!(fewest(50.0), 6);
         let values: Vec<f64> = (1..=20).map(f64::from).collect();
@@ -110,7 +111,7 @@ mod tests {
         assert_eq!(bounds(&values, 95.0).unwrap().1, 72.0);
         assert_eq!(percentile(&values[..71], 95.0), None);
         assert_eq!(bounds(&values[..71], 95.0).unwrap().1, f64::INFINITY);
-        // 16 or fewer of 20 are below it with the probability 0.0159, 17 or fewer with 0.0755.
+        // The probability that at most 16 of 20 values are below it is 0.0159; for at most 17 it is 0.0755.
         assert_eq!(bounds(&values[..20], 95.0), Some((17.0, f64::INFINITY)));
         assert_eq!(bounds(&values[..20], 5.0), Some((f64::NEG_INFINITY, 4.0)));
         assert_eq!([bounds(&values, 0.0), bounds(&values, 100.0), bounds(&[], 50.0)], [None; 3]);
@@ -128,7 +129,7 @@ mod tests {
 
     #[test]
     fn the_ends_cover_the_percentile_as_often_as_they_say() {
-        // Both tails by adding up the binomial distribution itself.
+        // Both tails, by summing the binomial distribution itself.
         for (count, share) in [(59_usize, 0.1), (200, 0.95), (37, 0.5)] {
             let (Some(low), Some(high)) = ranks(count, share).unwrap() else { panic!("{count} {share}") };
             let mut probabilities = vec![(1.0 - share).powi(count as i32)];
@@ -138,7 +139,7 @@ mod tests {
             }
             let (under, over): (f64, f64) = (probabilities[..low].iter().sum(), probabilities[high..].iter().sum());
             assert!(under <= 0.025 && over <= 0.025, "{count} {share}");
-            // One value less on either side would be too few.
+            // One value fewer on either side would be too few.
             assert!(under + probabilities[low] > 0.025 && over + probabilities[high - 1] > 0.025, "{count} {share}");
         }
     }

@@ -292,7 +292,7 @@ mod tests {
         assert_eq!(from_parquet, csv);
     }
 
-    /// The same, of two loops, the first with a comma and a quotation mark in its name.
+    /// The same results for two loops, the first with a comma and quotation marks in its name.
     fn of_loops() -> Results {
         let names = vec!["TIC \"1\", left".into(), "TIC2".into()];
         let mut results = results();

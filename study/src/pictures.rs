@@ -427,7 +427,7 @@ mod tests {
         let constant = of(&[100.0; 30]).unwrap();
         assert!(has(&constant, "settling is 100 s in all 30 runs") && !constant.contains("median"), "{constant}");
         assert_eq!(of(&[f64::NAN]), None);
-        // A tenth of the runs is at the 95th percentile, and no run is above it.
+        // A tenth of the runs are at the 95th percentile, and none are above it.
         let tied: Vec<f64> = (0..100).map(|run| if run < 10 { 100.0 } else { 63.0 }).collect();
         assert!(has(&of(&tied).unwrap(), "settling of 100 runs: median 63, 95th percentile 100 s"));
         let infinite = of(&[2.0, f64::INFINITY, f64::NAN, 4.0]).unwrap();
@@ -515,7 +515,7 @@ mod tests {
         ] {
             assert_eq!(drawing.matches(&format!(">{text}</text>")).count(), count, "{text}");
         }
-        // A run has one colour: a line in the legend and one in the panel, twice.
+        // Each run has one colour: twice a line in the legend and one in the panel.
         assert_eq!(drawing.matches("class=\"curve-2\"").count(), 4);
         assert_eq!(draw(&Signals::default(), "iae", None, None), None);
         assert!(has(&draw(&Signals::default(), "HEATER.TEMP.max", None, None).unwrap(), "HEATER.TEMP in °C"));

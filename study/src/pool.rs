@@ -510,7 +510,7 @@ mod tests {
                 .all(|pair| pair[0].end == pair[1].start && pair[1].clone().count() <= pair[0].clone().count())
         );
         assert_eq!(chunks.last().cloned(), Some(99..100));
-        // Both workers together have at most half of what may wait for an earlier row.
+        // Both workers together have at most half of the rows that may wait for an earlier one.
         assert_eq!(super::tests::shared(1_000_000, 2, 20).take(40, &never), Some(0..5));
         never.store(true, Ordering::Relaxed);
         assert_eq!(super::tests::shared(100, 2, 1000).take(40, &never), None);

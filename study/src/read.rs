@@ -574,7 +574,7 @@ mod tests {
         let wrong = axis("variable = \"C.A\"\nuniform = { min = nan, max = 1 }");
         assert_eq!(wrong, "study.toml:4:11: axis 1 (C.A): uniform: min = NaN: use a finite number");
         let other = |text: &str| error(&format!("loop = \"loop.toml\"\n{text}"));
-        // JSON, in which workers get their job, has no NaN: here it still is one.
+        // Workers receive their job as JSON, which has no NaN: this check precedes the conversion.
         assert_eq!(
             other("[[limits]]\nvariable = \"C.PV\"\nmax = 1\n[[limits]]\nvariable = \"C.LMN\"\nmax = nan"),
             "study.toml:5:1: limits: C.LMN: max is not a finite number: omit it if there is no such limit"

@@ -200,7 +200,7 @@ mod tests {
         Results::new(["P.LAG", "C.GAIN"].iter().map(quantity).collect(), ["rise", "iae"].iter().map(quantity).collect())
     }
 
-    /// All that is made of results.
+    /// Everything derived from results.
     fn made(results: &Results) -> (Summary, Vec<u8>, Vec<u8>, Vec<Option<String>>) {
         let (mut csv, mut parquet) = (Vec::new(), Vec::new());
         write_csv(&mut csv, results).unwrap();
@@ -221,7 +221,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let in_memory = made(&filled(empty()));
         assert!(in_memory.3[..2].iter().all(Option::is_some), "there are pictures");
-        // Of the 4000 values so many are in memory: blocks of 128 rows, of 333, of one.
+        // The number of the 4000 values in memory: blocks of 128 rows, of 333 rows, of one row.
         for most in [512, 1332, 1] {
             let in_file = filled(empty().within(most, folder.path()));
             assert!(made(&in_file) == in_memory, "{most}");

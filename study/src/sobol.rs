@@ -78,7 +78,7 @@ mod tests {
     use crate::sampling::Sampler;
     use std::f64::consts::PI;
 
-    /// The indices of a function of numbers that are distributed evenly from 0 to 1.
+    /// The indices of a function of numbers distributed uniformly from 0 to 1.
     fn of(axes: usize, samples: u64, function: impl Fn(&[f64]) -> f64) -> Vec<Index> {
         let count = samples * runs_of_sample(axes);
         let sampler = Sampler::new(Sampling::Saltelli, 1, count, axes);

@@ -286,7 +286,7 @@ mod tests {
     use crate::Take;
     use crate::results::{Aspect, RunResult};
 
-    /// Results of one figure over one coordinate; NaN is a run without the figure.
+    /// Results with one figure and one coordinate; NaN marks a run without the figure.
     fn results(figure: &str, values: &[(f64, f64)]) -> Results {
         let quantity = |name: &str| {
             let of = name.strip_suffix(".min").map(|variable| (variable.into(), Aspect::Taken(Take::Min)));
@@ -306,7 +306,7 @@ mod tests {
 
     #[test]
     fn percentiles_are_interpolated_between_the_nearest_values_as_numpy_does() {
-        // The places of 5, 50 and 95 % among five values are 0.2, 2 and 3.8.
+        // Among five values, the positions of percentiles 5, 50 and 95 are 0.2, 2 and 3.8.
         let five = of("iae", &[50.0, 10.0, 40.0, 20.0, 30.0]);
         let percent =
             |of: &Distribution, wanted: f64| of.percentiles.iter().find(|(percent, _)| *percent == wanted).unwrap().1;
@@ -322,7 +322,7 @@ mod tests {
     fn the_deviation_is_that_of_a_sample_and_does_not_lose_digits() {
         let textbook = of("iae", &[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]);
         assert_eq!((textbook.mean, textbook.deviation), (Some(5.0), Some((32.0_f64 / 7.0).sqrt())));
-        // The sum of the squares would have lost it all.
+        // The sum of squares would lose all digits of the deviation.
         let large = of("iae", &[1e15 + 4.0, 1e15 + 7.0, 1e15 + 13.0, 1e15 + 16.0]);
         assert_eq!((large.mean, large.deviation), (Some(1e15 + 10.0), Some(30.0_f64.sqrt())));
         let compensated = of("iae", &[1e16, 1.0, 1.0, -1e16]);
@@ -370,7 +370,7 @@ mod tests {
     fn a_coordinate_correlates_by_rank() {
         let correlation =
             |values: &[(f64, f64)]| Summary::new(&results("iae", values), 1).unwrap().figures[0].correlations[0];
-        // A curve that rises counts as much as a line; a run without the figure does not count.
+        // Any rising curve correlates like a straight line; a run without the figure is ignored.
         assert_eq!(correlation(&[(1.0, 1.0), (2.0, 8.0), (9.0, f64::NAN), (3.0, 1000.0)]), Some(1.0));
         assert_eq!(correlation(&[(1.0, 3.0), (2.0, 2.0), (3.0, 1.0)]), Some(-1.0));
         // Ranks 0, 1.5, 1.5, 3 and 0, 1, 2, 3: 4.5 / sqrt(4.5 * 5).

@@ -388,7 +388,7 @@ mod tests {
         assert_eq!(lock(root).fault.as_deref(), Some("run 'cargo check' and commit Cargo.lock"));
     }
 
-    /// A repository with the files of a release and one commit of 2026-02-03.
+    /// A repository with the files of a release and one commit dated 2026-02-03.
     #[test]
     fn a_release_is_one_commit_and_one_tag() {
         let folder = tempfile::tempdir().unwrap();
