@@ -658,10 +658,10 @@ def test_a_block_that_is_sent_has_its_dialog_and_runs_in_a_process_of_its_own(to
 
 # abort, hang, fmi2Error, exit
 FAULTS = {
-    1: r"P: .*the FMU crashed: signal 6 \(abort\) while it made a step",
-    2: r"P: .*the FMU did not return within 5 s while it made a step",
+    1: r"P: .*the FMU crashed: signal 6 \(abort\) while it was making a step",
+    2: r"P: .*the FMU did not return within 5 s while it was making a step",
     3: r"P: at 10\.0 s, step 1\.0 s: fmi2DoStep returned fmi2Error: the sensor is broken",
-    4: r"P: .*the FMU ended its process with exit code 3 while it made a step",
+    4: r"P: .*the FMU ended its process with exit code 3 while it was making a step",
 }
 
 

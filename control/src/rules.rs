@@ -239,7 +239,10 @@ fn by_ultimate(structure: Structure, model: &Model, ultimate: Option<(f64, f64)>
     let (gain, period) = match ultimate {
         Some((gain, period)) if gain.is_finite() && gain != 0.0 && period > 0.0 && period.is_finite() => (gain, period),
         Some((gain, period)) => {
-            bail!("the ultimate gain is {gain} and the period {period} s: both must be numbers other than 0")
+            bail!(
+                "the ultimate gain is {gain} and the ultimate period {period} s: the gain must be finite and not 0, the \
+                 period finite and greater than 0"
+            )
         }
         None => match margins::ultimate(model) {
             Some((gain, period)) => (gain.copysign(model.gain), period),

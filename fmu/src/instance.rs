@@ -510,7 +510,7 @@ mod tests {
         let mut instance = Instance::new(Sum::default());
         assert_eq!(
             reason(instance.set::<Fmi2, _>(&[U, FACTOR, V], &[1.0, f64::NAN, 3.0])),
-            "FACTOR = NaN: a REAL accepts finite numbers of at most 3.4028235e38"
+            "FACTOR = NaN: a REAL accepts finite numbers with a magnitude of at most 3.4028235e38"
         );
         assert_eq!([real(&instance, U), real(&instance, FACTOR), real(&instance, V)], [0.0, 1.0, 0.0]);
     }

@@ -66,7 +66,7 @@ impl<B: Cyclic> Session<B> {
     /// wrong unit.
     pub fn advice_on_step(&self, h: f64) -> Option<String> {
         let cycle = self.clock.period();
-        // Steps below a microsecond are rounding remainders of a host's time.
+        // Steps shorter than a microsecond result from rounding in the host's time.
         let is_odd = 1e-6 < h && h < cycle / 100.0;
         is_odd.then(|| {
             let table = self.block.table();

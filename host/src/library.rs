@@ -222,7 +222,7 @@ fn reason(error: &libloading::Error, path: &Path) -> String {
 /// The remedy, if the reason suggests one.
 fn help(reason: &str) -> &'static str {
     let is_python = reason.contains("undefined symbol: Py") || reason.contains("undefined symbol: _Py");
-    if is_python { ": it needs Python; set LD_PRELOAD to the libpython3 library that it was built for" } else { "" }
+    if is_python { ": it needs Python; set LD_PRELOAD to the libpython3 library that it was built against" } else { "" }
 }
 
 /// The file name of a library.

@@ -44,7 +44,8 @@ impl Fault {
         format!("the folder for temporary files {}", known.display())
     }
 
-    fn remedy() -> String {
+    /// The remedy: another folder.
+    pub fn remedy() -> String {
         format!("set {VARIABLE} to another folder")
     }
 }

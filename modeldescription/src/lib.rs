@@ -1,13 +1,13 @@
 //! The properties of an FMU, and its modelDescription.xml.
 //!
 //! A library describes its block in a [`Table`] and its FMI support in an [`Interface`]. They are turned into a
-//! [`ModelDescription`], which can be written as XML and parsed again, and from which a [`Description`] of the FMU is
-//! derived that is independent of the FMI version.
+//! [`ModelDescription`], which can be written as XML and parsed again. A [`Description`] of the FMU, which is
+//! independent of the FMI version, is derived from it.
 //!
 //! ```text
-//! library --JSON--> Interface --of--> ModelDescription --write--> XML
-//!                                        |     ^                   |
-//!                      Description <-----+     +------- read ------+
+//! library --JSON--> Interface --from_interface--> ModelDescription --write--> XML
+//!                                                    |     ^                   |
+//!                                  Description <-----+     +------- read ------+
 //! ```
 //!
 //! Version-specific code is in separate modules, [`v2`] for FMI 2.0 and [`v3`] for FMI 3.0, which are used only by

@@ -57,7 +57,7 @@ impl fmt::Display for Remedy {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Remedy::Sentence(text) => formatter.write_str(text),
-            Remedy::ChooseBlock(blocks) => write!(formatter, "name it with --block: {blocks}"),
+            Remedy::ChooseBlock(blocks) => write!(formatter, "specify it with --block (available: {blocks})"),
             Remedy::ChooseThisBlock(block) => {
                 write!(formatter, "if it is {block}, which has the same members, specify --block {block}")
             }

@@ -157,8 +157,8 @@ fn member_name<'a>(blocks: &[Arc<BlockType>], full_name: &'a str) -> &'a str {
     parts.find(known).unwrap_or(last(full_name))
 }
 
-/// Writes all settings of the loops, in the order of their blocks: under the FMU's names for one loop, prefixed with
-/// the loop's name for several.
+/// Writes all settings of the loops, each loop's in the order of its block. A single loop's settings have the names that
+/// they have in the FMU; if there are several loops, the loop's name is prefixed.
 ///
 /// # Errors
 /// A value is not finite, two loops have the same name, or a name cannot be represented in XML.

@@ -169,7 +169,7 @@ blocks::block! {
             /// Integrating process: PV does not settle by itself
             ///
             /// TRUE: PV is the integral of the self-regulating response, as for a level or a position. Only U + LOAD =
-            /// U_0 holds it. P action alone then leaves no error after a setpoint step, but does after a LOAD step.
+            /// U_0 holds it. P action alone then leaves no error after a setpoint step, but one after a LOAD step.
             integ: Bool = false;
             /// Longest DEAD_TM that may be set during a run
             ///

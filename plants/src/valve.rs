@@ -319,7 +319,7 @@ blocks::block! {
     }
 }
 
-/// The flow in steady state over the position, in steps of 1 %.
+/// The steady-state flow as a function of the position, in steps of 1 %.
 const FLOW_OVER_POSITION: Characteristic = Characteristic {
     title: "",
     variable: "POS_START",

@@ -55,7 +55,10 @@ fn read_plc(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
     let address: plc::Address = name.parse()?;
     let names = || blocks.iter().map(|block| block.name.as_str()).collect::<Vec<_>>().join(", ");
     let Some(block) = &options.block else {
-        bail!("{name}: a PLC does not state which block a data block belongs to: name it with --block: {}", names());
+        bail!(
+            "{name}: a PLC does not state which block a data block belongs to: specify it with --block (available: {})",
+            names()
+        );
     };
     let block = blocks
         .iter()

@@ -155,8 +155,8 @@ pub struct Column {
     pub source: (usize, usize),
     /// Whether it is recorded before its FMU steps: the FMUs that read it receive this value.
     pub is_before_step: bool,
-    /// Whether no FMU reads any output of its FMU. A row that shows a call then has the value produced by the call, a
-    /// row that shows a time the value at that time.
+    /// Whether none of the outputs of this variable's FMU is connected. If so, a row that shows a call has the value
+    /// produced by the call, and a row that shows a time has the value at that time.
     pub is_unread: bool,
 }
 

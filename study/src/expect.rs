@@ -139,7 +139,7 @@ impl Expectation {
             };
             let Some((at, comparison)) = text.char_indices().find_map(sign) else {
                 if text.contains('=') {
-                    bail!("a bound is compared with <, <=, >, >= or ==, not with =");
+                    bail!("use <, <=, >, >= or == to compare a figure with a bound, not =");
                 }
                 bail!("no <, <=, >, >= or ==; write, for example, overshoot < 10 %");
             };
@@ -437,7 +437,7 @@ mod tests {
             ("pulses < 10 s", "pulses has no unit: write the number alone"),
             ("overshoot < ten", "\"ten\" is not a number with a unit (the decimal sign is a point)"),
             ("overshoot < 2,5 %", "\"2,5 %\" is not a number with a unit (the decimal sign is a point)"),
-            ("overshoot = 1", "a bound is compared with <, <=, >, >= or ==, not with ="),
+            ("overshoot = 1", "use <, <=, >, >= or == to compare a figure with a bound, not ="),
             ("overshoot", "no <, <=, >, >= or ==; write, for example, overshoot < 10 %"),
             ("< 1", "no figure before the sign; write, for example, overshoot < 10 %"),
             ("p101(pulses) < 1", "p101(pulses): percentiles range from p0 to p100"),

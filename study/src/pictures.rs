@@ -116,7 +116,7 @@ fn have(count: u64) -> String {
 /// How a coordinate is drawn as an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Coordinate {
-    /// Whether its values have equal ratios.
+    /// Whether its axis is logarithmic: its values are spaced geometrically or have a log-normal distribution.
     pub is_logarithmic: bool,
     /// Whether it has a list of values, not samples.
     pub is_listed: bool,

@@ -82,7 +82,7 @@ macro_rules! kinds {
 // Name, name in TIA Portal, size in a data block in bytes, host class, literal format, range of an integer type of
 // programs, accepted numbers, description.
 kinds! {
-    Real  "REAL"  "Real"  4 Real Decimal, "a REAL accepts finite numbers of at most 3.4028235e38", "32-bit floating point.";
+    Real  "REAL"  "Real"  4 Real Decimal, "a REAL accepts finite numbers with a magnitude of at most 3.4028235e38", "32-bit floating point.";
     LReal "LREAL" "LReal" 8 Real Decimal, "an LREAL accepts finite numbers", "64-bit floating point.";
     Time  "TIME"  "Time"  4 Real Duration, "a TIME accepts 0 ... 2147483.647 s", "Milliseconds.";
     Word  "WORD"  "Word"  2 Integer Bits, "a WORD accepts -32768 ... 65535", "16 bits; in a block, an analog value in two's complement.";

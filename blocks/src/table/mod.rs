@@ -500,7 +500,7 @@ impl Response {
     pub const AT_REST: Response = Response { title: "At rest, with all defaults", calls: 60, set: &[], show: &[] };
 }
 
-/// A characteristic of a block over a variable: for each of `points` evenly spaced values, a new block makes `calls`
+/// A characteristic of a block as a function of a variable: for each of `points` evenly spaced values, a new block makes `calls`
 /// calls, and the mean of each shown variable over these calls is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Characteristic<S: TableText = &'static str> {

@@ -149,8 +149,8 @@ fn numbers_that_a_plc_cannot_hold_are_refused() {
     let refused = |numbers: &[(&str, f64)]| refusal(controller(Form::Ideal, numbers).unwrap().settings());
     assert_eq!(
         refused(&[("Kp", 1e39)]),
-        "GAIN = 1000000000000000000000000000000000000000: a REAL accepts finite numbers of at \
-                                          most 3.4028235e38"
+        "GAIN = 1000000000000000000000000000000000000000: a REAL accepts finite numbers with \
+                                          a magnitude of at most 3.4028235e38"
     );
     assert_eq!(refused(&[("Kp", 1.0), ("Ti", 1e7)]), "TI = 10000000 s: a TIME accepts 0 ... 2147483.647 s");
     assert_eq!(refused(&[("Kp", 1e-60)]), "GAIN = 1e-60 is too small for a REAL: it would become 0");

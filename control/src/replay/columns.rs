@@ -172,7 +172,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Returns half of the last digit of the coarsest numeric output.
+    /// Returns the tolerance of the coarsest numeric output: normally half a unit in its last recorded digit.
     pub(super) fn resolution(&self) -> f64 {
         self.outputs.iter().filter(|of| !of.is_boolean).map(Signal::coarsest).fold(0.0, f64::max)
     }

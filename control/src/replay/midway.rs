@@ -1,11 +1,11 @@
 //! A setting that was changed during the recording: the block reproduces the recording with one value up to a row, and
 //! with another from there onward.
 //!
-//! If the block agrees for a while, the value before the change is the loop's. Otherwise, it is searched for in
-//! the first rows and accepted only if it explains more rows than those. The value after the change and the row of the
-//! change are searched for together. Each interpretation of the recording is judged by the rows before the change,
-//! where the closest one wins, and each setting by the tolerance of the closest one. Only an answer that explains every
-//! row is accepted.
+//! If the block agrees with the recording at first, the value before the change is the loop's. Otherwise, that value is
+//! searched for in the first rows and accepted only if it explains more rows than were searched. The value after the
+//! change and the row of the change are searched for together. Of the interpretations of the recording, the one closest
+//! to the rows before the change wins; each setting is judged by the tolerance of the closest setting. Only an answer
+//! that explains every row is accepted.
 
 use super::Suspect;
 use super::change::{Change, Since};

@@ -78,8 +78,8 @@ impl Loaded {
         Loaded::from_compiled(compile(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
     }
 
-    /// The same program, which also records the values of its wires and the operands of its conditions. It computes the
-    /// same results.
+    /// Like [`Loaded::new`], but the program also records the values of its wires and the operands of its conditions.
+    /// Its results are the same.
     ///
     /// # Errors
     /// As [`Loaded::new`].

@@ -66,7 +66,7 @@ integers! {
     u64 in Wide: ULInt LWord;
 }
 
-/// Types that hold no kind of value with a choice of types.
+/// Host types that are not used for any kind of value under a choice of types.
 macro_rules! unused {
     ($($Type:ident in $Version:ident),*) => { $(
         impl HostType<$Version> for $Type {

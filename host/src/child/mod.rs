@@ -134,7 +134,7 @@ impl Starter {
     /// Starts a process for one of the roles of the hidden command.
     ///
     /// # Errors
-    /// The user interrupted, there is no folder for temporary files, or the program cannot be run.
+    /// The user interrupted the command, there is no folder for temporary files, or the program cannot be run.
     pub fn start(&self, role: &str, prints: Prints) -> Result<Process> {
         if self.interrupted.load(Ordering::Relaxed) {
             bail!("interrupted");

@@ -2,6 +2,7 @@
 //! of the umask, and are removed when the command ends, even by a signal. Each is locked while in use: leftovers of a
 //! killed command are recognized by their name and released lock, and are removed by the next command.
 
+use crate::machine::Fault;
 use anyhow::{Context, Result, bail, ensure};
 use std::collections::BTreeSet;
 use std::fs::{self, File, Metadata, OpenOptions, Permissions};
@@ -281,7 +282,7 @@ impl Folder {
     pub fn new() -> Result<Folder> {
         let place = std::env::temp_dir();
         Folder::new_in(&place)
-            .with_context(|| format!("cannot create a folder in {} (TMPDIR selects another)", place.display()))
+            .with_context(|| format!("cannot create a folder in {}: {}", place.display(), Fault::remedy()))
     }
 
     /// Creates a folder in `place`, for example next to the destination.
@@ -332,7 +333,7 @@ impl Document {
             Ok(file)
         };
         let (file, _listed) = listed(make, tempfile::NamedTempFile::path)
-            .context("cannot create a temporary file (TMPDIR selects another folder)")?;
+            .with_context(|| format!("cannot create a temporary file: {}", Fault::remedy()))?;
         Ok(Document { file, _listed })
     }
 

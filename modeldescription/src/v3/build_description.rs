@@ -165,7 +165,7 @@ mod tests {
             ),
             ("modelIdentifier=\"A\"", "", "line 3: BuildConfiguration: attribute modelIdentifier is missing"),
             ("<SourceFile name=\"a.c\"/>", "<SourceFile/>", "line 5: SourceFile: attribute name is missing"),
-            ("fmiVersion=\"3.0\"", "fmiVersion=\"2.0\"", "only FMI 3.0 is supported"),
+            ("fmiVersion=\"3.0\"", "fmiVersion=\"2.0\"", " is not supported: it must be 3.0"),
         ] {
             let error = BuildDescription::read(FOREIGN.replace(from, to).as_bytes()).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");

@@ -397,7 +397,7 @@ fn version_among(versions: &[&'static str], root: &Tag<'_>) -> Result<usize, Err
         return Err(root.refused("attribute fmiVersion is missing: add fmiVersion=\"2.0\" if it is FMI 2.0"));
     };
     versions.iter().position(|known| version.value == *known).ok_or_else(|| {
-        let (version, known) = (shortened(&version.value), versions.join(" and "));
-        root.refused(&format!("fmiVersion = {version:?}: only FMI {known} is supported"))
+        let (version, known) = (shortened(&version.value), versions.join(" or "));
+        root.refused(&format!("fmiVersion = {version:?} is not supported: it must be {known}"))
     })
 }

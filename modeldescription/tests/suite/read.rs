@@ -219,12 +219,15 @@ fn what_is_no_model_description_of_fmi_2_0_is_refused() {
         "fmiVersion=\"2.0\"",
         "fmiVersion=\"3.0\"",
         4,
-        &["fmiModelDescription: fmiVersion = \"3.0\": only FMI 2.0 is supported"],
+        &["fmiModelDescription: fmiVersion = \"3.0\" is not supported: it must be 2.0"],
     );
     assert_refused("fmiVersion=\"2.0\"", "fmiVersion=\"2.0.4\"", 4, &["fmiVersion = \"2.0.4\""]);
     assert_refused("fmiVersion=\"2.0\"", "", 4, &["fmiVersion is missing"]);
     let fmi_3 = "<fmiModelDescription fmiVersion=\"3.0\" instantiationToken=\"x\"/>";
-    assert_eq!(error(fmi_3.as_bytes()), "line 1: fmiModelDescription: fmiVersion = \"3.0\": only FMI 2.0 is supported");
+    assert_eq!(
+        error(fmi_3.as_bytes()),
+        "line 1: fmiModelDescription: fmiVersion = \"3.0\" is not supported: it must be 2.0"
+    );
 }
 
 #[test]

@@ -64,7 +64,7 @@ fn the_loop_has_the_name_that_the_user_gives() {
 fn a_dump_needs_the_block_and_the_error_names_the_blocks() {
     assert_eq!(
         refusal(Format::Dump, pump_bytes()),
-        "plant.bin: a dump does not state which block it belongs to; name it with --block: PUMP, VALVE, STATION"
+        "plant.bin: a dump does not state which block it belongs to; specify it with --block (available: PUMP, VALVE, STATION)"
     );
 }
 

@@ -46,7 +46,7 @@ fn a_loop_whose_names_fit_several_blocks_needs_the_block() {
     let text = r#"{"TIC101": {"GAIN": 3}}"#;
     assert_eq!(
         refusal(Format::Json, text),
-        "plant.json:1:2: `TIC101`: several blocks have these inputs and parameters; name it with --block: PUMP, VALVE"
+        "plant.json:1:2: `TIC101`: several blocks have these inputs and parameters; specify it with --block (available: PUMP, VALVE)"
     );
     assert_eq!(reading(Format::Json, text, &of_block("VALVE")).unwrap().loops[0].block.name, "VALVE");
 }
@@ -83,7 +83,7 @@ fn every_error_has_its_place_and_all_are_told() {
          plant.json:6:15: MAN_ON: expected true or false, found `1`\n\
          plant.json:7:15: PV_PER: found `0.5`, but a WORD accepts -32768 ... 65535\n\
          plant.json:8:16: GAIN appears twice\n\
-         plant.json:9:12: MAN: found `1e39`, but a REAL accepts finite numbers of at most 3.4028235e38\n\
+         plant.json:9:12: MAN: found `1e39`, but a REAL accepts finite numbers with a magnitude of at most 3.4028235e38\n\
          plant.json:10:12: SUM: expected a number, found null\n\
          plant.json:12:8: `B`: expected an object with the values of a loop, found a number; all other members of the file are loops"
     );
@@ -93,7 +93,7 @@ fn every_error_has_its_place_and_all_are_told() {
 fn a_loop_that_no_block_fits_is_refused() {
     assert_eq!(
         refusal(Format::Json, r#"{"A": {"X": 1, "Y": 2, "GAIN": 1}}"#),
-        "plant.json:1:2: `A`: no block has these inputs and parameters; name it with --block: PUMP, VALVE, STATION"
+        "plant.json:1:2: `A`: no block has these inputs and parameters; specify it with --block (available: PUMP, VALVE, STATION)"
     );
 }
 

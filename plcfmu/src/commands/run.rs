@@ -153,7 +153,7 @@ pub fn run(options: &Options) -> Result<()> {
                 Ok(())
             };
             let placed = replacing(file, || temporary::place(file, record, |_| Ok(())));
-            // Why the run failed is more informative than the missing file.
+            // The run's own error is more informative than the error about the missing file.
             match simulated {
                 Some(Err(error)) => return Err(error),
                 Some(Ok(simulated)) => placed.map(|()| simulated)?,

@@ -332,7 +332,10 @@ mod tests {
     #[test]
     fn what_an_fmu_would_refuse_is_no_preset() {
         let refusal = |result: Result<Preset>| format!("{:#}", result.map(|_| ()).unwrap_err());
-        assert_eq!(refusal(preset(f32::NAN, 20)), "FLOW = NaN: a REAL accepts finite numbers of at most 3.4028235e38");
+        assert_eq!(
+            refusal(preset(f32::NAN, 20)),
+            "FLOW = NaN: a REAL accepts finite numbers with a magnitude of at most 3.4028235e38"
+        );
         assert_eq!(refusal(preset(1.0, -1)), "CYCLE = -0.001: a TIME accepts 0 ... 2147483.647 s");
         assert_eq!(refusal(preset(1.0, 0)), "the time between two calls is 0 s: it must be at least 0.001 s");
         let foreign = Original::from_package(package(&files(false))).unwrap().preset(&values(1.0, 20));

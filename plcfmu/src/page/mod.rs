@@ -407,7 +407,7 @@ mod tests {
         assert!(drawing.contains("LREAL l/min"));
     }
 
-    /// The page of the table with a response of nothing but these rows.
+    /// The page of the table, with a recorded response that shows only these rows.
     fn page_of(table: &Table, shown: &[usize]) -> String {
         let calls = vec![vec![0.0; shown.len()]; 2];
         let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };

@@ -7,7 +7,7 @@ use anyhow::Result;
 use manifest::Manifest;
 use std::path::PathBuf;
 
-/// The table of a program that is named by a folder; `None` if only files are named.
+/// The table for a program given as a folder; `None` if only files are given.
 ///
 /// # Errors
 /// A file of the program cannot be read.

@@ -34,14 +34,14 @@ impl Call {
     /// The FMU's activity during the call, to complete "while it ...".
     fn doing(&self) -> &'static str {
         match self {
-            Call::Open(_) => "was loaded",
-            Call::Instantiate(_) => "was instantiated",
-            Call::Setup(..) => "was set up",
-            Call::EnterInitialization | Call::ExitInitialization => "was initialized",
-            Call::Read(..) => "was read",
-            Call::Write(..) => "was set",
-            Call::Step(..) => "made a step",
-            Call::Terminate => "was terminated",
+            Call::Open(_) => "was being loaded",
+            Call::Instantiate(_) => "was being instantiated",
+            Call::Setup(..) => "was being set up",
+            Call::EnterInitialization | Call::ExitInitialization => "was being initialized",
+            Call::Read(..) => "was being read",
+            Call::Write(..) => "was being set",
+            Call::Step(..) => "was making a step",
+            Call::Terminate => "was being terminated",
         }
     }
 }

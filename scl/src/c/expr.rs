@@ -354,7 +354,7 @@ impl Effect {
 enum Bounds<'a> {
     /// The lower and upper bound of each dimension.
     Fixed(&'a [(i32, i32)]),
-    /// The caller passes the bounds along with the parameter of this name; also the number of dimensions.
+    /// The name of the parameter along with which the caller passes the bounds, and the number of dimensions.
     Open(&'a str, usize),
 }
 

@@ -210,7 +210,7 @@ where
         }
         let mut simplices: Vec<Simplex> =
             starts.into_iter().map(|place| Simplex::at(place, EDGE, Aim::Objective)).collect();
-        // After a third of the evaluations, only the best one continues.
+        // After a third of the remaining evaluations, only the best simplex continues.
         let known = self.candidates.len();
         self.polish(&simplices, known + limit.saturating_sub(known) / 3)?;
         let costs = simplices.iter().map(|simplex| Ok(self.replay(simplex)?.1)).collect::<Result<Vec<f64>>>()?;

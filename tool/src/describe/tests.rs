@@ -87,7 +87,11 @@ fn values_that_the_type_does_not_hold_are_errors_and_others_are_rounded() {
     assert_eq!(checked.rounded, rounded);
     assert_eq!(texts(&checked), [("SP = 101 °C: the highest sensible value is 100 °C", false)]);
     let cases = [
-        ("GAIN", Value::Number(1e39), "GAIN = 1e39: a REAL accepts finite numbers of at most 3.4028235e38"),
+        (
+            "GAIN",
+            Value::Number(1e39),
+            "GAIN = 1e39: a REAL accepts finite numbers with a magnitude of at most 3.4028235e38",
+        ),
         ("GAIN", Value::Number(f64::NAN), "GAIN = NaN: not a finite number"),
         ("GAIN", Value::Boolean(true), "GAIN is of type REAL: true is not a number"),
         ("TI", Value::Number(-1.0), "TI = -1.0: a TIME accepts 0 ... 2147483.647 s"),

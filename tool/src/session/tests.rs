@@ -264,7 +264,11 @@ fn what_cannot_be_sent_is_refused_before_anything_is_changed() {
         ("C.CYCLE", 4.0, "restart with the new value"),
         ("C.PV_IN", 4.0, "C.PV_IN cannot be set: it is connected to P.TEMP"),
         ("C.OUT", 4.0, "C.OUT cannot be set: its causality is output"),
-        ("C.GAIN", 1e39, "C.GAIN cannot be set to 1e39: a REAL accepts finite numbers of at most 3.4028235e38"),
+        (
+            "C.GAIN",
+            1e39,
+            "C.GAIN cannot be set to 1e39: a REAL accepts finite numbers with a magnitude of at most 3.4028235e38",
+        ),
         ("C.GAIN", f64::NAN, "C.GAIN cannot be set: NaN is not a finite number"),
         ("P.LOAD", f64::INFINITY, "P.LOAD cannot be set: inf is not a finite number"),
         ("C.TI", -1.0, "a TIME accepts 0 ... 2147483.647 s"),

@@ -843,7 +843,7 @@ function follow(loop, state, before) {
 }
 
 /**
- * A name for the engine: letters, digits and underscores, like a variable of a program.
+ * A name that the engine accepts: letters, digits and underscores, as in the name of a program variable.
  *
  * @param {string} name
  * @param {string} block

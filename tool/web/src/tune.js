@@ -219,7 +219,7 @@ function testButtons() {
       if (store.isLive()) await store.take(ask({ do: "state" }));
       refuse(error instanceof Error ? error.message : String(error));
     }
-    // Save the values set in the run for a reload, and report their effects.
+    // Save the values set during the run so that they survive a reload, and report their effects.
     store.emit("settings", []);
     store.check();
   };
@@ -702,7 +702,7 @@ function showBode() {
  *
  * @param {import("./messages").RulesTable} compared
  * @param {import("./messages").RuleOutcome | undefined} chosen
- * @param {string} place the value at which the typed step both begins and ends, or empty: then the step cannot be run
+ * @param {string} place the value at which the typed step both begins and ends, so that it cannot be run; otherwise empty
  * @param {Tuned | undefined} present the settings in force, with their predicted effects
  */
 function showRules(compared, chosen, place, present) {

@@ -41,7 +41,7 @@ crate::block! {
             ///
             /// Compensates for different process gains for heating and cooling, in three-step control only. If cooling
             /// is twice as strong, set 0.5: INV = -50 gives 25 %. Above 1 it divides the positive pulses: with 2, INV =
-            /// 50 gives 25 %. The minimum time scales with the pulses of that sign.
+            /// 50 gives 25 %. The minimum time of the pulses that it shortens is reduced by the same factor.
             ratiofac: Real = 1.0, min 0.1, max 10.0;
             /// Three-step control: positive and negative pulses; otherwise two-step control
             ///

@@ -151,8 +151,12 @@ impl Lowerer<'_, '_> {
         }
         let is_of_day =
             |moment: Moment| is_duration(moment) || matches!(moment, Moment::Of(Elementary::Tod | Elementary::LTod));
-        if is_of_day(from) && !is_of_day(to) || is_duration(to) && !is_of_day(from) {
-            let help = Some("a time of day has no date: use T_COMBINE");
+        let help = match (is_of_day(from), is_of_day(to)) {
+            (true, false) => Some("a time has no date: combine it with one, using T_COMBINE"),
+            (false, _) if is_duration(to) => Some("a date is not a duration: subtract another date from it"),
+            _ => None,
+        };
+        if help.is_some() {
             return Some(self.error(given.span, format!("no {}", given.name), help));
         }
         let operand = self.argument(given, "IN", 0);

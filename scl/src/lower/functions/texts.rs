@@ -124,7 +124,7 @@ impl Lowerer<'_, '_> {
     /// S_CONV: number to string, string to number, or a plain copy, depending on IN and the variable at OUT.
     pub(super) fn text_or_number(&mut self, given: &Given) {
         let (Some(_), Some(output)) = (given.find("IN", 0), given.find("OUT", 1)) else {
-            self.error(given.span, "S_CONV is called without IN or OUT", None);
+            self.error(given.span, "S_CONV needs both IN and OUT", None);
             return;
         };
         let Some(to) = self.target(output) else { return };
