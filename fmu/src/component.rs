@@ -93,8 +93,8 @@ impl<B: Cyclic> Component<B> {
 
     /// A new component in which calls are events or are made within steps.
     pub fn with_events(origin: Origin<B>, logging_on: bool, events: Option<Events>) -> Component<B> {
-        let mut component = Component {
-            instance: origin.instance(),
+        Component {
+            instance: origin.instance().with(events),
             logged: if logging_on { Selection::ALL } else { Selection::ERRORS },
             advice: Vec::new(),
             texts: Vec::new(),
@@ -102,9 +102,7 @@ impl<B: Cyclic> Component<B> {
             is_conversion_advised: false,
             saved: Vec::new(),
             origin,
-        };
-        component.instance.set_events(events);
-        component
+        }
     }
 
     /// Selects the named categories, or all if none are named; no category if logging is off. Replaces earlier
@@ -190,9 +188,7 @@ impl<B: Cyclic> Component<B> {
 
     /// Resets the instance to its initial state. Log categories and saved states are kept.
     pub fn reset(&mut self) {
-        let events = self.instance.events();
-        self.instance = self.origin.instance();
-        self.instance.set_events(events);
+        self.instance = self.origin.instance().with(self.instance.events());
     }
 
     /// Takes all saved states.
@@ -218,8 +214,7 @@ impl<B: Cyclic> Component<B> {
         if saved.state == State::EventMode && events.is_none() {
             return Err(messages::state_in_event_mode().into());
         }
-        self.instance = saved.clone();
-        self.instance.set_events(events);
+        self.instance = saved.clone().with(events);
         Ok(())
     }
 

@@ -36,9 +36,10 @@ impl<B: Cyclic> Instance<B> {
         Instance { session: Session::new(block), state: State::Instantiated, experiment: None, events: None }
     }
 
-    /// Makes calls events or, with `None`, makes them within steps.
-    pub fn set_events(&mut self, events: Option<Events>) {
-        self.events = events;
+    /// The same instance, with calls as events or made within steps.
+    #[must_use]
+    pub fn with(self, events: Option<Events>) -> Self {
+        Instance { events, ..self }
     }
 
     /// The handling of calls as events; `None` if calls are made within steps.
