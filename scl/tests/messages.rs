@@ -177,6 +177,11 @@ fn types_that_do_not_fit_are_refused() {
     refused("#r := #t;", "TIME cannot be converted implicitly to REAL; convert through DINT");
     refused("#t := #t * #r;", "* cannot be applied to TIME and REAL");
     refused("#t := #t * #t;", "* cannot be applied to TIME and TIME; add TIME to TIME");
+    refused(
+        "#t := DATE_TO_TIME(D#2024-02-28);",
+        "no DATE_TO_TIME; a date is not a duration: subtract another date from it",
+    );
+    refused("#i := TIME_TO_DATE(#t);", "no TIME_TO_DATE; a time has no date: combine it with one, using T_COMBINE");
     refused("#flag := #flag AND #i;", "AND cannot be applied to BOOL and INT; both sides must be BOOL");
     refused("#r := #r MOD 2.0;", "MOD needs integers");
     refused("#i := #array;", "expected INT, found ARRAY[1..3] OF INT");
