@@ -1,6 +1,6 @@
 //! The object behind a host's instance pointer: an instance, its selected log categories, and its saved states.
 
-use crate::cyclic::Cyclic;
+use crate::cyclic::{Cyclic, StartValues};
 use crate::instance::{Events, Instance};
 use crate::log::{Category, Selection};
 use crate::messages;
@@ -17,24 +17,14 @@ use std::{mem, ptr};
 pub type StateAddress = *mut c_void;
 
 /// The initial state of a new instance.
-#[derive(Debug)]
-pub struct Origin<B> {
+pub struct Origin<B: Cyclic> {
     /// The hash from which the identifier passed by the host is derived. Two FMUs have the same hash only if they have
     /// the same start values.
     pub hash: u128,
     /// The form of the identifier; see [`Identity`].
     pub form: usize,
     /// The block with its start values.
-    pub fresh: Fresh<B>,
-}
-
-/// A block that has not been called yet.
-#[derive(Debug)]
-pub enum Fresh<B> {
-    /// Created from scratch, with the library's start values.
-    New(fn() -> B),
-    /// Copied from this block.
-    Copy(Box<B>),
+    pub start: B::StartValues,
 }
 
 /// A library that creates instances. Every [`Block`] is one.
@@ -55,21 +45,19 @@ impl<B: Block> Library for B {
 
     /// A GUID other than the library's belongs to a preset, whose start values are read from the resources.
     fn open(identity: Identity, resources: Argument) -> Result<Origin<B>, Refusal> {
-        let own = Fingerprint::<B>::HASH;
         if identity.value.is_none() {
-            return Err(messages::other_library(identity.name, "NULL", &identity.text(own)).into());
+            return Err(messages::other_library(identity.name, "NULL", &identity.text(Fingerprint::<B>::HASH)).into());
         }
-        if let Some((form, hash)) = identity.form(own) {
-            return Ok(Origin { hash, form, fresh: Fresh::New(B::default) });
+        if let Some((form, hash)) = identity.own_form::<B>() {
+            return Ok(Origin { hash, form, start: StartValues::Own });
         }
         let Preset { hash, form, block } = Preset::read(identity, resources)?;
-        Ok(Origin { hash, form, fresh: Fresh::Copy(Box::new(block)) })
+        Ok(Origin { hash, form, start: StartValues::Preset(Box::new(block)) })
     }
 }
 
 /// An instance with its log and its saved states.
-#[derive(Debug)]
-pub struct Component<B> {
+pub struct Component<B: Cyclic> {
     /// The instance.
     pub instance: Instance<B>,
     /// The selected log categories.
@@ -283,11 +271,10 @@ impl<B: Cyclic> Component<B> {
 }
 
 impl<B: Cyclic> Origin<B> {
+    // This and what it calls are inlined so that the block is created in its component, not moved there.
+    #[inline(always)]
     fn instance(&self) -> Instance<B> {
-        Instance::new(match &self.fresh {
-            Fresh::New(new) => new(),
-            Fresh::Copy(block) => block.as_ref().clone(),
-        })
+        Instance::new(B::new(&self.start))
     }
 }
 
@@ -298,8 +285,7 @@ mod tests {
     use crate::v2::Fmi2;
 
     fn component() -> Component<Sum> {
-        let fresh = Fresh::New(Sum::default);
-        Component::new(Origin { hash: Fingerprint::<Sum>::HASH, form: 0, fresh }, false)
+        Component::new(Origin { hash: Fingerprint::<Sum>::HASH, form: 0, start: StartValues::Own }, false)
     }
 
     #[test]

@@ -4,6 +4,15 @@
 use crate::layout::Layout;
 use blocks::{Block, LReal, Real, StaticTable, Stored, Table, TableText, Time, Value};
 
+/// The start values of new instances of a block.
+#[derive(Debug)]
+pub enum StartValues<B> {
+    /// The library's own. Creating a block from them in place is faster than copying one.
+    Own,
+    /// Those of a preset.
+    Preset(Box<B>),
+}
+
 macro_rules! cyclic {
     ($( $(#[$doc:meta])* fn $this:ident.$name:ident($($receiver:tt)+) ($($argument:ident: $type:ty),*) $(-> $result:ty)? = $Trait:ident; )*) => {
         /// The object that an instance calls every CYCLE, accessed by row number of its table. Every [`Block`] is one,
@@ -21,9 +30,14 @@ macro_rules! cyclic {
             /// See [`blocks::Law::HOLDS_INPUTS`].
             const HOLDS_INPUTS: bool = false;
 
+            /// The start values of new instances.
+            type StartValues;
+
             /// The type of the strings in its table, which is compiled in or built at run time.
             type Text: TableText;
 
+            /// A new object with these start values.
+            fn new(start: &Self::StartValues) -> Self;
             /// The table.
             fn table(&self) -> &Table<Self::Text>;
             /// The arrays among the rows and texts; `None` if there are none. A block has none.
@@ -57,7 +71,17 @@ macro_rules! cyclic {
 
             const HOLDS_INPUTS: bool = <B as blocks::Law>::HOLDS_INPUTS;
 
+            type StartValues = StartValues<B>;
+
             type Text = &'static str;
+
+            #[inline(always)]
+            fn new(start: &StartValues<B>) -> B {
+                match start {
+                    StartValues::Own => B::default(),
+                    StartValues::Preset(block) => (**block).clone(),
+                }
+            }
 
             #[inline(always)]
             fn table(&self) -> &StaticTable {

@@ -23,8 +23,7 @@ pub trait Host {
 }
 
 /// A component and its host.
-#[derive(Debug)]
-pub struct Door<B, H> {
+pub struct Door<B: Cyclic, H> {
     component: Component<B>,
     host: H,
 }

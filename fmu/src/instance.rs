@@ -32,6 +32,7 @@ pub struct Events {
 
 impl<B: Cyclic> Instance<B> {
     /// A new instance with the start values of this block.
+    #[inline(always)]
     pub fn new(block: B) -> Self {
         Instance { session: Session::new(block), state: State::Instantiated, experiment: None, events: None }
     }

@@ -8,10 +8,11 @@
 use crate::messages;
 use crate::refusal::Refusal;
 use crate::resources;
-use crate::table::Fingerprint;
+use crate::table::{Fingerprint, Guid};
 use blocks::table::fingerprint;
 use blocks::table::start::{self, FILE, LARGEST, Start};
-use blocks::{Block, Table, TableText, Value};
+use blocks::{Block, Table, TableText, Types, Value};
+use std::borrow::Borrow;
 use std::ffi::CStr;
 
 /// A string passed by a host, with its argument name in the standard; `None` means NULL.
@@ -31,24 +32,53 @@ pub struct Identity<'a> {
     pub name: &'static str,
     /// The string passed by the host.
     pub value: Option<&'a CStr>,
-    /// For each form, the function that derives its value from the hash.
-    pub forms: &'static [fn(u128) -> u128],
+    /// The forms that the host may pass.
+    pub forms: &'static [Form],
+}
+
+/// A form of the string by which a host identifies an FMU.
+#[derive(Clone, Copy, Debug)]
+pub enum Form {
+    /// The hash itself.
+    Guid,
+    /// The instantiation token for this choice of types.
+    Token(Types),
+}
+
+impl Form {
+    /// The value derived from a hash.
+    pub const fn derive(self, hash: u128) -> u128 {
+        match self {
+            Form::Guid => hash,
+            Form::Token(types) => types.token(hash),
+        }
+    }
 }
 
 impl Identity<'_> {
     /// A single form: the hash itself.
-    pub const GUID: &'static [fn(u128) -> u128] = &[|hash| hash];
+    pub const GUID: &'static [Form] = &[Form::Guid];
 
     /// The form of this hash that the host passed: its number, and the value derived from the hash.
     pub fn form(&self, hash: u128) -> Option<(usize, u128)> {
+        self.find(hash, |form| fingerprint::text(form.derive(hash)))
+    }
+
+    /// The form of a block's own hash that the host passed. Compares texts computed at compile time: computing one
+    /// takes longer than the rest of an instantiation.
+    pub fn own_form<B: Block>(&self) -> Option<(usize, u128)> {
+        self.find(Fingerprint::<B>::HASH, Guid::<B>::text)
+    }
+
+    fn find<T: Borrow<[u8; 38]>>(&self, hash: u128, text: impl Fn(Form) -> T) -> Option<(usize, u128)> {
         let given = self.value?.to_bytes();
-        let mut forms = self.forms.iter().map(|form| form(hash)).enumerate();
-        forms.find(|(_, hash)| fingerprint::text(*hash) == given)
+        let (number, form) = self.forms.iter().enumerate().find(|(_, form)| text(**form).borrow() == given)?;
+        Some((number, form.derive(hash)))
     }
 
     /// The string that a host should pass for this hash, in the first form.
     pub fn text(&self, hash: u128) -> String {
-        let hash = self.forms.first().map_or(hash, |form| form(hash));
+        let hash = self.forms.first().map_or(hash, |form| form.derive(hash));
         String::from_utf8_lossy(&fingerprint::text(hash)).into_owned()
     }
 
@@ -107,7 +137,7 @@ pub fn read<S: TableText>(
     let damaged = |why: String| refused(format!("the start values are damaged: {why}"));
     let start = Start::parse(text).map_err(damaged)?;
     let Start { preset, block, library, .. } = &start;
-    let form = identity.forms.iter().position(|form| fingerprint::text(form(own)) == library.as_bytes());
+    let form = identity.forms.iter().position(|form| fingerprint::text(form.derive(own)) == library.as_bytes());
     let Some(form) = form else {
         let (own_block, own) = (&table.name, identity.text(own));
         return Err(refused(format!(

@@ -25,6 +25,7 @@ pub struct Session<B> {
 
 impl<B: Cyclic> Session<B> {
     /// A session with this block, not yet restarted; the time is 0.
+    #[inline(always)]
     pub fn new(block: B) -> Self {
         let clock = Clock::new(0.0, f64::INFINITY, block.cycle());
         Session { block, clock, extrapolations: Vec::new() }

@@ -1,5 +1,6 @@
 //! A block's table as JSON for the packer, and its fingerprint.
 
+use crate::preset::Form;
 use blocks::table::fingerprint::{self, BASIS, hash};
 use blocks::table::number::{beyond_number, number};
 use blocks::{Block, StaticRow, StaticTable, Table, TableText, Types, Value};
@@ -26,6 +27,15 @@ impl<B: Block> Guid<B> {
         fingerprint::text(Types::Native.token(Fingerprint::<B>::HASH)),
         fingerprint::text(Types::Wide.token(Fingerprint::<B>::HASH)),
     ];
+
+    /// The identifier in this form.
+    pub const fn text(form: Form) -> &'static [u8; 38] {
+        match form {
+            Form::Guid => &Self::TEXT_BYTES,
+            Form::Token(Types::Native) => &Self::TOKENS[0],
+            Form::Token(Types::Wide) => &Self::TOKENS[1],
+        }
+    }
 
     /// The GUID as in modelDescription.xml.
     pub const TEXT: &'static str = match std::str::from_utf8(&Self::TEXT_BYTES) {

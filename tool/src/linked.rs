@@ -7,8 +7,8 @@ use blocks::table::abreast::Abreast;
 use blocks::table::number::to_value;
 use blocks::{Block, Value};
 use fmu::clock::Clock;
-use fmu::component::{self, Fresh, Origin};
-use fmu::cyclic::Cyclic;
+use fmu::component::{self, Origin};
+use fmu::cyclic::{Cyclic, StartValues};
 use fmu::host_type::HostType;
 use fmu::refusal::Refusal;
 use fmu::state::Function;
@@ -19,7 +19,7 @@ use run::component::{Combine, Component, Force, Reset, Side, Type};
 use std::ffi::c_int;
 
 /// An instance.
-pub struct Instance<B> {
+pub struct Instance<B: Cyclic> {
     component: component::Component<B>,
     /// Buffers for Integers and Booleans; kept, so that a step allocates nothing.
     integers: Vec<c_int>,
@@ -44,7 +44,7 @@ impl<B: Block> Instance<B> {
     /// # Errors
     /// The name is empty or contains a NUL.
     pub fn new(name: &str) -> Result<Instance<B>> {
-        let origin = Origin { hash: Fingerprint::<B>::HASH, form: 0, fresh: Fresh::New(B::default) };
+        let origin = Origin { hash: Fingerprint::<B>::HASH, form: 0, start: StartValues::Own };
         Instance::from_origin(name, origin)
     }
 }

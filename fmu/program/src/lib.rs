@@ -21,7 +21,7 @@ pub use wrong::Wrong;
 
 use blocks::table::{fingerprint, start};
 use blocks::{LReal, Real, Table, Time, Value};
-use fmu::component::{Fresh, Library, Origin};
+use fmu::component::{Library, Origin};
 use fmu::cyclic::Cyclic;
 use fmu::layout::Layout;
 use fmu::preset::{self, Argument, Identity};
@@ -183,7 +183,13 @@ impl Program {
 impl Cyclic for Program {
     const IS_SURE: bool = false;
 
+    type StartValues = Program;
+
     type Text = String;
+
+    fn new(start: &Program) -> Program {
+        start.clone()
+    }
 
     fn table(&self) -> &Table {
         &self.loaded.table
@@ -393,7 +399,7 @@ impl Library for Program {
         };
         let mut program = Program::new(loaded.clone());
         if let Some((form, hash)) = identity.form(loaded.hash) {
-            return Ok(Origin { hash, form, fresh: Fresh::Copy(Box::new(program)) });
+            return Ok(Origin { hash, form, start: program });
         }
         if resources::read(location, start::FILE, start::LARGEST).is_err() {
             return Err(format!(
@@ -408,7 +414,7 @@ impl Library for Program {
         for (row, value) in settings {
             program.set(row, value);
         }
-        Ok(Origin { hash, form, fresh: Fresh::Copy(Box::new(program)) })
+        Ok(Origin { hash, form, start: program })
     }
 }
 

@@ -12,6 +12,7 @@ pub mod sources;
 pub mod value;
 
 use crate::host_type::Version;
+use crate::preset::Form;
 use blocks::{Row, TableText, Types};
 
 /// FMI 3.0 with the types of the PLC.
@@ -48,4 +49,4 @@ macro_rules! versions {
 versions!(Native, Wide);
 
 /// The forms of the instantiation token, indexed by choice of types.
-pub const FORMS: &[fn(u128) -> u128] = &[|hash| Types::Native.token(hash), |hash| Types::Wide.token(hash)];
+pub const FORMS: &[Form] = &[Form::Token(Types::Native), Form::Token(Types::Wide)];

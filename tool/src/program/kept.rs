@@ -5,7 +5,7 @@ use crate::home::Home;
 use crate::linked::Instance;
 use crate::message::{Entry, KnownLoop};
 use anyhow::{Context, Result};
-use fmu::component::{Fresh, Origin};
+use fmu::component::Origin;
 use manifest::Manifest;
 use modeldescription::{Description, Table, shortened};
 use parameters::{BlockType, Loop, Source};
@@ -113,7 +113,7 @@ impl<H: Home> Fmus for Programs<H> {
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {
         let Some(kept) = self.find(fmu) else { return self.home.instantiate(fmu, name) };
         let program = Program::new(kept.loaded.clone()).watched();
-        let origin = Origin { hash: kept.loaded.hash, form: 0, fresh: Fresh::Copy(Box::new(program)) };
+        let origin = Origin { hash: kept.loaded.hash, form: 0, start: program };
         let instance = Instance::from_origin(name, origin)?;
         let running = Running { instance, warnings: Vec::new(), blocks: kept.blocks.clone() };
         let running = Rc::new(RefCell::new(running));
