@@ -29,7 +29,7 @@ impl Random {
         self.below(count) == 0
     }
 
-    /// Returns a number between `-most` and `most`, with all bits random.
+    /// Returns one of 2^24 equally spaced numbers from `-most` up to, but not including, `most`.
     pub fn real(&mut self, most: f32) -> f32 {
         (self.below(1 << 24) as f32 / (1 << 23) as f32 - 1.0) * most
     }

@@ -3,7 +3,7 @@
 use crate::front::lexer::Span;
 use parameters::{Problem, Problems, Remedy, Source};
 
-/// The maximum number of errors shown for a program, and likewise of warnings.
+/// The maximum number of errors kept for a program, and likewise of warnings.
 const MOST: usize = 1000;
 
 /// Errors and warnings found in the sources of a program.
@@ -11,7 +11,7 @@ const MOST: usize = 1000;
 pub struct Report {
     errors: Vec<Finding>,
     warnings: Vec<Finding>,
-    /// Names for parts of files in which line numbers are of little use: a block, a network, an element.
+    /// Names for parts of a source, such as a block or a network, where line numbers are of little use.
     places: Vec<(Span, String)>,
 }
 
@@ -24,7 +24,7 @@ struct Finding {
 }
 
 impl Report {
-    /// Adds an error, which makes the program unusable.
+    /// Adds an error, which makes the program unusable, with an optional remedy in words.
     pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
         self.error_with(span, message, help.map(Remedy::from));
     }
@@ -34,12 +34,12 @@ impl Report {
         add(&mut self.errors, span, message.into(), help);
     }
 
-    /// Adds a warning about something its author may not expect.
+    /// Adds a warning about something that the program's author may not expect.
     pub fn warning(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
         add(&mut self.warnings, span, message.into(), help.map(Remedy::from));
     }
 
-    /// Prefixes messages about this span, or part of it, with the name of a place.
+    /// Names this span: messages about it or any part of it are prefixed with the name of the innermost such place.
     pub fn locate(&mut self, span: Span, place: String) {
         self.places.push((span, place));
     }
@@ -67,8 +67,8 @@ impl Report {
 
     /// The errors and the warnings, by source.
     pub fn problems(mut self, sources: &[Source]) -> (Vec<Problems>, Vec<Problems>) {
-        // In this order, the innermost place around a finding is the last one that starts before it and does not end
-        // before it.
+        // Sorted like this, the innermost place around a finding is the last one that does not start after the finding
+        // and does not end before it.
         self.places.sort_by_key(|(span, _)| (span.file, span.start, std::cmp::Reverse(span.end)));
         for finding in self.errors.iter_mut().chain(&mut self.warnings) {
             let before = self

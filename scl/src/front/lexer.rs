@@ -5,7 +5,7 @@ use std::ops::Range;
 /// A range of bytes in a source text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Span {
-    /// The index of the source, in the order given.
+    /// The index of the source among the program's sources.
     pub file: u32,
     /// The start, as a byte offset.
     pub start: u32,
@@ -65,15 +65,15 @@ pub(crate) struct Token {
 /// The tokens of a source.
 #[derive(Debug)]
 pub(crate) struct Tokens {
-    /// All tokens except comments, attributes and region lines; the last one is the end of the file.
+    /// All tokens, without comments, attributes, titles and region lines. The last one is the end of the file.
     pub tokens: Vec<Token>,
     /// The comments, in source order.
     pub comments: Vec<Span>,
     /// The attributes in braces, in source order.
     pub attributes: Vec<Span>,
-    /// An unterminated comment or attribute.
+    /// The opening mark of an unterminated comment or attribute.
     pub unclosed: Option<Span>,
-    /// Comments that contain other comments and do not end at the first closing mark.
+    /// The opening marks of comments that contain comments and therefore do not end at the first closing mark.
     pub nested: Vec<Span>,
 }
 
@@ -127,7 +127,7 @@ const PREFIXES: [&str; 40] = [
     "WORD",
 ];
 
-/// The prefixes of string literals.
+/// The type prefixes of string and character literals, as in `STRING#'a'`.
 const TEXTS: [&str; 4] = ["CHAR", "STRING", "WCHAR", "WSTRING"];
 
 /// Splits text into tokens, starting at byte offset `from`.
@@ -161,11 +161,11 @@ struct Lexer<'a> {
     at: usize,
     /// The byte offset at which the current line starts.
     line: usize,
-    /// Whether the lexer is between a block's name and its first section, where TITLE takes up a whole line.
+    /// Whether the lexer is in a block's header, before its first section or BEGIN; there, a title takes up the line.
     is_head: bool,
-    /// The number of open sections and structures; inside them no line can start with REGION.
+    /// The number of open sections and structures. Inside them, `REGION` at the start of a line is a name.
     declaring: usize,
-    /// Whether a nested comment was found to be unterminated, so that the text is not searched again.
+    /// Whether a nested comment was found to be unterminated; the search for its end is not repeated.
     is_never_nested: bool,
     found: Tokens,
 }
@@ -180,7 +180,7 @@ impl Lexer<'_> {
         &self.text[self.at..]
     }
 
-    /// The offset at which a run of characters that satisfy the predicate ends.
+    /// The byte offset of the first character, at or after `from`, that does not satisfy the predicate.
     fn end_of(&self, from: usize, is_part: impl Fn(char) -> bool) -> usize {
         self.text[from..].find(|character| !is_part(character)).map_or(self.text.len(), |length| from + length)
     }
@@ -237,7 +237,7 @@ impl Lexer<'_> {
         self.at = end;
     }
 
-    /// The end of a comment that contains others, if all are terminated: `(* a (* b *) c *)`.
+    /// The end of a comment that contains comments, as in `(* a (* b *) c *)`; `None` if any of them is unterminated.
     fn nested(&mut self) -> Option<usize> {
         let from = self.at + 2;
         let first = self.text[from..].find("*)")?;
@@ -270,7 +270,7 @@ impl Lexer<'_> {
         }
     }
 
-    /// `{ key := 'value'; ... }`: ends at the first closing brace outside quotes.
+    /// Reads `{ key := 'value'; ... }`, which ends at the first closing brace outside quotes.
     fn attribute(&mut self) {
         let mut quote = None;
         for (offset, character) in self.rest().char_indices() {
@@ -300,7 +300,7 @@ impl Lexer<'_> {
         }
     }
 
-    /// A name whose opening quotation mark is at byte offset `from`.
+    /// Reads a name whose opening quotation mark is at byte offset `from`.
     fn quoted(&mut self, kind: Kind, from: usize) {
         let end = self.end_of(from + 1, |character| !matches!(character, '"' | '\n' | '\r'));
         match self.text[end..].starts_with('"') && end > from + 1 {
@@ -309,7 +309,7 @@ impl Lexer<'_> {
         }
     }
 
-    /// A string whose opening single quote is at byte offset `from`. A typed literal starts before it.
+    /// Reads a string whose opening single quote is at byte offset `from`; the prefix of a typed literal precedes it.
     fn characters(&mut self, from: usize) {
         let kind = if from == self.at { Kind::Text } else { Kind::Literal };
         let mut is_escaped = false;
@@ -335,7 +335,7 @@ impl Lexer<'_> {
         self.push(if end == self.at + 1 { Kind::Unknown } else { Kind::Percent }, end);
     }
 
-    /// A number whose digits start at byte offset `from`. A typed literal starts before it.
+    /// Reads a number whose digits start at byte offset `from`; the prefix of a typed literal precedes them.
     fn number(&mut self, from: usize) {
         let is_digit = |character: char| character.is_ascii_digit() || character == '_';
         let mut end = self.end_of(from, is_digit);
@@ -357,7 +357,7 @@ impl Lexer<'_> {
         self.push(Kind::Literal, self.end_of(end, is_word));
     }
 
-    /// Whether a number after a point is the bit number of an address.
+    /// Whether the number at the current offset follows a point, as the bit number in `DB5.DBX0.1` does.
     fn is_member_number(&self) -> bool {
         let Some(last) = self.found.tokens.last() else { return false };
         last.kind == Kind::Symbol && &self.text[last.span.range()] == "." && last.span.end as usize == self.at
@@ -394,7 +394,7 @@ impl Lexer<'_> {
         self.push(Kind::Word, end);
     }
 
-    /// A typed literal, given its prefix and the offset after `#`.
+    /// Reads a typed literal, given its prefix and the byte offset after `#`.
     fn literal(&mut self, prefix: &str, from: usize) {
         let bytes = self.text.as_bytes();
         if bytes.get(from) == Some(&b'\'') {

@@ -1,6 +1,6 @@
-//! From text to tree: parses the sources of a program, in SCL, SIMATIC SD or SimaticML, into a [`Tree`] each, and
-//! reports their errors. Any text yields a tree. LAD and FBD networks are in the tree both as graphs and as the
-//! statements into which [`ladder`](crate::ladder) translates them.
+//! From text to tree: parses each source of a program, in SCL, SIMATIC SD or SimaticML, into a [`Tree`] and reports
+//! its errors. Any text yields a tree. The tree contains LAD and FBD networks twice: as graphs, and as the statements
+//! into which [`ladder`](crate::ladder) translates them.
 
 pub(crate) mod lexer;
 pub(crate) mod parser;
@@ -15,7 +15,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use syntax::Tree;
 
-/// The format of a source file.
+/// The format of a source that is recognized by its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
     /// A source in SCL.

@@ -78,7 +78,7 @@ pub struct Expression {
     pub kind: ExpressionKind,
     /// Its location.
     pub span: Span,
-    /// Its nesting depth, counted from 1.
+    /// The depth of its tree: 1 for an expression without operands.
     pub depth: u32,
 }
 
@@ -170,7 +170,7 @@ pub enum Binary {
 pub struct Statement {
     /// Its kind.
     pub kind: StatementKind,
-    /// Its location, from its start to the end of its header.
+    /// Its location.
     pub span: Span,
 }
 
@@ -179,11 +179,11 @@ pub struct Statement {
 pub enum StatementKind {
     /// `a := b += c`: the targets from left to right, each with the operator after it.
     Assign(Vec<(ExpressionId, Option<Binary>)>, ExpressionId),
-    /// The call to a block or function.
+    /// A call of a block or function.
     Call(ExpressionId),
-    /// Conditions with their statements, then the ELSE branch.
+    /// The conditions with their statements, then the ELSE branch.
     If(Vec<(ExpressionId, Vec<Statement>)>, Vec<Statement>),
-    /// The selector, labels with their statements, then the ELSE branch.
+    /// The selector, the labels of each branch with its statements, then the ELSE branch.
     Case(ExpressionId, Vec<(Vec<Label>, Vec<Statement>)>, Vec<Statement>),
     /// A counting loop.
     For {
@@ -198,9 +198,9 @@ pub enum StatementKind {
         /// The statements to repeat.
         body: Vec<Statement>,
     },
-    /// Condition and body.
+    /// WHILE: the condition and the body.
     While(ExpressionId, Vec<Statement>),
-    /// Body and condition.
+    /// REPEAT: the body and the condition that ends the loop.
     Repeat(Vec<Statement>, ExpressionId),
     /// Leaves the loop.
     Exit,
@@ -259,7 +259,7 @@ pub struct SourceBlock {
 }
 
 impl SourceBlock {
-    /// A block with only its kind and name known so far.
+    /// Creates a block that is empty except for its kind and name.
     pub fn new(kind: BlockKind, name: Name) -> SourceBlock {
         SourceBlock {
             kind,
@@ -284,7 +284,7 @@ impl SourceBlock {
         format!("{kind} {}", self.name.text)
     }
 
-    /// Whether it is marked as a stub.
+    /// Whether its attribute `STUB` is true.
     pub fn is_stub(&self) -> bool {
         attribute(&self.attributes, STUB).is_some_and(|value| value.eq_ignore_ascii_case("true"))
     }
@@ -342,7 +342,7 @@ pub struct Attribute {
 /// The attribute that marks a stub.
 pub(crate) const STUB: &str = "STUB";
 
-/// The attribute that specifies what triggers an organization block, as in SimaticML: `CyclicInterrupt`.
+/// The attribute that specifies what triggers an organization block, with SimaticML's values: `CyclicInterrupt`.
 pub(crate) const EVENT: &str = "SECONDARYTYPE";
 
 /// The value of an attribute, by its upper-case name.
@@ -421,11 +421,12 @@ pub struct Tree {
     pub extents: Vec<Span>,
     /// Global variables and constants.
     pub globals: Vec<Section>,
-    /// The blocks with only an interface, by index, and where the source declares that.
+    /// The indices of blocks with an interface but no statements, each with the location from which this is known.
     pub protected: Vec<(usize, Span)>,
-    /// The blocks known only from an instance's data block, by index. They are used if no source declares the block.
+    /// The indices of blocks whose interface is taken from an instance's data block. Such a block is used only if no
+    /// source declares it.
     pub instantiated: Vec<usize>,
-    /// The upper-case names of the tag table constants used in its networks.
+    /// The upper-case names of the tag table constants used in SimaticML networks.
     pub constants: BTreeSet<String>,
     /// The expressions of the blocks.
     pub expressions: Expressions,

@@ -78,7 +78,7 @@ impl Parser<'_> {
             let _: Parsed<()> = self.fail(end);
         }
         self.takes(";");
-        // The source of a protected block has statements; TIA Portal's export of the block has none.
+        // A block exported by TIA Portal has no statements if it is protected; in its original source, they are present.
         let has_statements = !matches!(kind, BlockKind::DataBlock | BlockKind::Type);
         if let Some(span) = protected.filter(|_| has_statements && block.body.is_empty()) {
             self.tree.protected.push((self.tree.blocks.len(), span));
@@ -95,7 +95,7 @@ impl Parser<'_> {
         self.takes(";");
     }
 
-    /// The labels to which the block jumps.
+    /// The labels of the GOTO statements between the current token and the word `end`.
     pub(crate) fn jumps(&self, end: &str) -> std::collections::BTreeSet<String> {
         let within = self.tokens[self.at..]
             .iter()
@@ -105,8 +105,7 @@ impl Parser<'_> {
         words.windows(2).filter(|pair| pair[0].eq_ignore_ascii_case("GOTO")).map(|pair| pair[1].to_string()).collect()
     }
 
-    /// Parses the header between the name and the first section; returns where the block is declared protected, if it
-    /// is.
+    /// Parses the header between the name and the first section; returns the location of KNOW_HOW_PROTECT, if present.
     fn head(&mut self, block: &mut SourceBlock, start: Span, is_quoted: bool) -> Parsed<Option<Span>> {
         let mut is_versioned = false;
         let mut protected = None;
@@ -356,7 +355,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Parses a start value; in STEP 7, an array may have several without brackets.
+    /// Parses a start value. In STEP 7, the values of an array may be listed without brackets.
     fn start_list(&mut self) -> Parsed<Start> {
         let start = self.span();
         let first = self.start_value()?;
@@ -404,7 +403,8 @@ impl Parser<'_> {
         }
     }
 
-    /// Parses a bracketed list, the members of a structure, or an expression.
+    /// Parses the values of an array or the members of a structure, in brackets. An expression in brackets becomes a
+    /// list of one value.
     fn bracketed(&mut self, close: &str) -> Parsed<Start> {
         let start = self.step().span;
         let mut list = Vec::new();

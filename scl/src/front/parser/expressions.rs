@@ -175,7 +175,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Consumes `:P` in `"Tag":P`, a direct I/O access. There is no process image here, so this is the tag itself.
+    /// Consumes `:P` in `"Tag":P`, which accesses the I/O directly. Without a process image, this is the tag itself.
     fn takes_peripheral(&mut self) {
         let [colon, word] = [self.ahead(0), self.ahead(1)];
         let is_close = colon.span.start == self.before().end && word.span.start == colon.span.end;
@@ -286,7 +286,8 @@ impl Parser<'_> {
         Ok(arguments)
     }
 
-    /// Parses an expression. An error is reported, and the expression skipped so that the statement can continue.
+    /// Parses an expression. After an error, skips to the semicolon or to where `is_end` holds, so that the rest of the
+    /// statement can be parsed.
     pub(crate) fn expression_or_wrong(&mut self, is_end: impl Fn(&Self) -> bool) -> ExpressionId {
         let start = self.span();
         match self.expression() {

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// Parses fragments of a text. Their spans are byte offsets in that text.
 pub(crate) struct Fragments<'a> {
-    /// The text. A reader of another format starts from blanks and writes each fragment at its offset.
+    /// The text. For other formats, it is blank except for the fragments, each written at its offset in the source.
     pub text: &'a str,
     /// The index of the source.
     pub file: u32,

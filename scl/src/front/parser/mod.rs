@@ -1,5 +1,4 @@
-//! Parses tokens into a syntax tree. Any text yields a tree and a list of errors; excessive nesting is also an
-//! error.
+//! Parses tokens into a syntax tree. Any text yields a tree; errors, including excessive nesting, are reported.
 
 mod declarations;
 mod expressions;
@@ -46,7 +45,7 @@ pub(crate) fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, 
     Parser { document, ..parser_of(text, 0, file, tree, report) }.source()
 }
 
-/// Whether a source mentions ENO or returns a value.
+/// Whether a source mentions ENO or contains a RETURN with a value.
 pub(crate) fn may_set_eno(text: &str) -> bool {
     let text = text.to_ascii_uppercase();
     let is_value = |rest: &str| rest.starts_with(|c: char| c.is_whitespace()) && !rest.trim_start().starts_with(';');
@@ -98,9 +97,9 @@ pub(crate) struct Parser<'a> {
     attributes: Vec<Span>,
     pub at: usize,
     depth: usize,
-    /// The labels to which the block jumps, to tell labels from CASE values.
+    /// The labels that the block declares or jumps to; any other word before a colon in CASE is a value.
     gotos: BTreeSet<String>,
-    /// Whether a data block is being parsed; its elements are written `[1]`.
+    /// Whether a data block is being parsed. In its body, `[1]` is an element of the data block itself.
     is_data: bool,
     /// The texts of a SIMATIC SD document; `None` in SCL.
     pub document: Option<&'a Texts<'a>>,
@@ -231,11 +230,11 @@ impl<'a> Parser<'a> {
         self.report.errors() >= self.most
     }
 
-    /// Parses with `parse` one nesting level deeper.
+    /// Calls `parse` one nesting level deeper; reports an error if the nesting is too deep.
     pub(crate) fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.depth == DEEPEST {
             let message = format!("more than {DEEPEST} levels of nesting");
-            // Anything after this would be parsed at the wrong depth.
+            // Stop after this error: what follows would be parsed at the wrong depth.
             self.most = self.report.errors() + 1;
             return self.refuse(self.span(), &message, Some("move the inner part to a variable or a function"));
         }

@@ -26,7 +26,7 @@ const ENDS: [&str; 18] = [
     "ORGANIZATION_BLOCK",
 ];
 
-/// The maximum number of branches in an IF.
+/// The maximum number of IF and ELSIF branches in a statement.
 const MOST_ARMS: usize = 300;
 
 impl Parser<'_> {
@@ -72,7 +72,7 @@ impl Parser<'_> {
         statements
     }
 
-    /// Skips to the end of the statement.
+    /// Skips to the end of the statement, or to the start of an inner IF, CASE or loop.
     fn recover(&mut self) {
         while !self.is_end() && !self.is_statement_end() {
             let is_last = self.is_symbol(";");
@@ -86,7 +86,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether a CASE label starts at the current token: a value followed by a colon.
+    /// Whether a CASE label starts at the current token: a value followed by a colon, a comma or a range symbol.
     fn is_case_label(&self) -> bool {
         if self.symbol_ahead(1) == ":" && self.token().kind == Kind::Word {
             return !self.gotos.contains(self.text_of(self.token()));
@@ -162,7 +162,7 @@ impl Parser<'_> {
             }
             _ => self.assignment()?,
         };
-        // TIA Portal requires a semicolon after END_IF and the like; without it, the source is still unambiguous.
+        // TIA Portal requires a semicolon after END_IF and similar words, but the source is unambiguous without it.
         let is_block = self.word_before().starts_with("END_");
         if !self.takes(";") && !is_block && !self.is_statement_end() {
             return self.fail("`;`");
@@ -217,7 +217,7 @@ impl Parser<'_> {
             self.expect_word("THEN")?;
             arms.push((condition, self.statements(false)));
             if self.is_misspelt_elsif() {
-                // Report an error, but parse it as intended.
+                // Report the misspelling, but parse it as ELSIF.
                 let message = format!("SCL has no {}", self.word_ahead(0));
                 let _ = self.refuse::<()>(self.span(), &message, Some("write ELSIF"));
             } else if !self.is_word("ELSIF") {

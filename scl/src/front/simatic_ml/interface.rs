@@ -46,7 +46,7 @@ impl Reader<'_> {
                 _ => continue,
             };
             if is_instance {
-                // The values in an instance of a system block are only a snapshot.
+                // The values exported with an instance of a system block are only a snapshot, not start values.
                 if !is_system(block) {
                     self.starts_of_instance(section, block);
                 }
@@ -59,7 +59,8 @@ impl Reader<'_> {
                 let is_retained = element.attribute("Remanence") == Some("Retain");
                 if is_retained { retained.push(member) } else { kept.push(member) }
             }
-            // The order of members matters only for addresses in a data block, and there are no such offsets here.
+            // This may change the order of members, which matters only for absolute addresses in data blocks. Those
+            // are rejected in SimaticML.
             for (members, is_retained) in [(kept, false), (retained, true)] {
                 if !members.is_empty() {
                     block.sections.push(Section { kind, is_retained, members });
@@ -97,7 +98,7 @@ impl Reader<'_> {
         Name { text: element.attribute("Name").unwrap_or_default().to_string(), span: self.span(element) }
     }
 
-    /// Reads a member. The values of array elements are read with the array.
+    /// Reads a member. If it is inside an array of structures, its values per element are read with the array instead.
     fn member(&mut self, element: Element, is_in_array: bool) -> Option<Member> {
         let name = self.name(element);
         if name.text.is_empty() {
@@ -160,8 +161,8 @@ impl Reader<'_> {
         Type { kind: TypeKind::Struct(members), span: self.span(element) }
     }
 
-    /// The start values of a member and its descendants, each with its path. Members of a plain structure are excluded;
-    /// they have their own start values.
+    /// Collects the start values of a member and its descendants, each with its path. Members of a structure outside
+    /// arrays are excluded; they are read with their own start values.
     fn parts(
         &mut self,
         element: Element,
@@ -210,7 +211,7 @@ impl Reader<'_> {
 
     fn start_value(&mut self, value: Element) -> Option<ExpressionId> {
         let (text, range) = value.text();
-        // It may be a symbolic constant: `"MAX"`.
+        // The text may also be a symbolic constant: `"MAX"`.
         if text.is_empty() {
             return None;
         }
@@ -219,7 +220,7 @@ impl Reader<'_> {
     }
 }
 
-/// A path with the indices of its arrays replaced by the given ones.
+/// A path with the indices of its arrays replaced by the given ones; `None` if there are too few or too many.
 fn filled(path: &[PathStep], arrays: &[usize], indices: &str) -> Option<Vec<PathStep>> {
     let indices: Option<Vec<i64>> = indices.split(',').map(|index| index.trim().parse().ok()).collect();
     let mut indices = indices?.into_iter();
@@ -234,7 +235,7 @@ fn filled(path: &[PathStep], arrays: &[usize], indices: &str) -> Option<Vec<Path
     indices.next().is_none().then_some(filled)
 }
 
-/// The number of dimensions of a type.
+/// The number of dimensions of an array type; 0 for any other type.
 fn dimensions(of: &str) -> usize {
     let of = of.trim_start();
     let is_array = of.get(..5).is_some_and(|word| word.eq_ignore_ascii_case("Array"));

@@ -34,7 +34,6 @@ pub(super) fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
     reader.tree
 }
 
-/// Reads a document.
 struct Reader<'a> {
     file: u32,
     tree: Tree,
@@ -47,7 +46,7 @@ impl Reader<'_> {
         Span { file: self.file, start: element.span().start as u32, end: element.span().end as u32 }
     }
 
-    /// The span from an element's start tag to its last descendant.
+    /// The span from an element's start tag to the end of its last descendant.
     fn extent(&self, element: Element) -> Span {
         let mut last = element;
         let mut end = element.text().1.end.max(element.span().end);
@@ -87,7 +86,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The value of a block's attribute, and its location.
+    /// The value of a block's attribute and its location; `None` if it is missing or empty.
     fn attribute<'e>(&self, block: Element<'e>, name: &str) -> Option<(&'e str, Span)> {
         let (text, range) = block.child("AttributeList")?.child(name)?.text();
         (!text.is_empty()).then(|| {
@@ -129,7 +128,7 @@ impl Reader<'_> {
         self.tree.blocks.push(block);
     }
 
-    /// Adds the function block of an instance, with the interface repeated in the instance's data block.
+    /// Adds the function block of an instance, with the interface that the instance's data block repeats.
     fn instantiated(&mut self, element: Element, extent: Span, name: Name) {
         let span = name.span;
         let mut block = SourceBlock::new(BlockKind::FunctionBlock, name);

@@ -141,7 +141,7 @@ impl Reader<'_> {
                     let range = self.fragment(range.start.max(child.span().start), text.trim_end_matches([';', ' ']));
                     element.equation = Some(self.fragments().expression(range));
                 }
-                // Display settings, and types implied by the operands.
+                // Ignored: display settings, and types that follow from the operands.
                 _ => {}
             }
         }
@@ -258,7 +258,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reports an error if an element at either end already has the maximum number of pins. Returns whether that is so.
+    /// Whether an element at either end of a wire already has the maximum number of pins; if so, reports an error.
     fn is_full(&mut self, end: Element, source: &Source, nodes: &HashMap<&str, Node>, network: &Network) -> bool {
         let target = match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
             Some(Node::Element(number)) => Some(*number),

@@ -20,7 +20,7 @@ const SCOPES: [&str; 8] = [
     "TypedConstant",
 ];
 
-/// Elements without effect: comments, editor notes, and blanks, which the text already has.
+/// Elements without effect: comments, editor notes, and blanks, of which the text consists from the start.
 const IDLE: [&str; 9] = [
     "Address",
     "Blank",
@@ -59,7 +59,7 @@ impl Written {
         self.end
     }
 
-    /// Writes a fragment at an offset, or after the last one.
+    /// Writes a fragment at an offset, or after the last fragment if that ends later.
     pub(super) fn put(&mut self, at: usize, fragment: &str) {
         let start = at.max(self.end);
         let end = start + fragment.len();
@@ -71,7 +71,7 @@ impl Written {
         self.end = end;
     }
 
-    /// The range written since an offset, or since the last fragment.
+    /// The range from an offset to the end of the last fragment; empty if the fragment ends before the offset.
     pub(super) fn since(&self, from: usize) -> Range<usize> {
         from.min(self.end)..self.end
     }
@@ -92,7 +92,8 @@ impl Reader<'_> {
         self.written.since(from)
     }
 
-    /// Reports a fragment that did not fit: normally, a document is longer than its contents in SCL.
+    /// Reports a fragment that did not fit. A complete document is longer than its contents in SCL, so this one is
+    /// presumably truncated.
     fn check_written(&mut self, at: usize) {
         if self.written.is_full {
             self.written.is_full = false;
@@ -202,7 +203,7 @@ impl Reader<'_> {
             let at = component.span().start;
             match component.name() {
                 "Component" => {}
-                // A slice in statements; the dots between components are written here.
+                // In statements, slices and dots are tokens. Dots are skipped: they are written with the components.
                 "Token" => {
                     let text = component.attribute("Text").unwrap_or_default();
                     if text.starts_with('%') {
@@ -226,7 +227,7 @@ impl Reader<'_> {
             };
             self.written.put(at, &text);
             is_first = false;
-            // TIA Portal V17 also writes indices without the attribute.
+            // TIA Portal V17 also writes indices without `AccessModifier`.
             let is_array = component.attribute("AccessModifier").is_some_and(|how| how == "Array")
                 || component.children("Access").next().is_some();
             if let Some(how) = component.attribute("AccessModifier").filter(|how| how.starts_with("Reference")) {

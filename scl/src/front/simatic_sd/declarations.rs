@@ -5,7 +5,8 @@ use crate::front::lexer::Kind;
 use crate::front::parser::{Failed, Parsed, Parser};
 use crate::front::syntax::{Attribute, Member, SourceBlock, Statement, StatementKind, attribute};
 
-/// The attributes that control a member's visibility, the word that hides the member, and the SCL equivalent.
+/// The attributes that control a member's visibility, each with the word that hides the member and the SCL attribute
+/// that is set to False instead.
 const HIDING: [(&str, &str, &str); 2] =
     [("S7_VISIBILITY", "Hidden", "EXTERNALVISIBLE"), ("S7_ACCESS", "NoAccess", "EXTERNALACCESSIBLE")];
 
@@ -84,7 +85,7 @@ impl Parser<'_> {
     }
 }
 
-/// The texts of attributes, one paragraph each.
+/// The texts to which the attributes with these keys refer, one per line.
 pub(super) fn shown(attributes: &[Attribute], texts: &Texts, keys: &[&str]) -> String {
     let of_key = |key: &&str| attribute(attributes, key).map(|id| texts.shown(id).to_string());
     keys.iter().filter_map(of_key).filter(|text| !text.is_empty()).collect::<Vec<_>>().join("\n")

@@ -14,7 +14,7 @@ pub(super) type Variables = BTreeMap<String, String>;
 /// The maximum number of wires in a row without an element between them.
 const MOST_WIRES: usize = 100;
 
-/// The flow that reaches a position.
+/// The power flow at a position in a rung.
 #[derive(Clone, Debug)]
 enum Flow {
     /// None: an FBD rung whose first element has no input.
@@ -33,7 +33,7 @@ struct Graph<'p, 'a, 's> {
     network: Network,
     /// The flows into each wire.
     wires: BTreeMap<String, Vec<Flow>>,
-    /// The pins fed by wires: element, pin and wire.
+    /// The pins fed by wires: the element's index, the pin and the wire.
     pending: Vec<(usize, String, Name)>,
 }
 
@@ -77,7 +77,7 @@ impl Graph<'_, '_, '_> {
         }
     }
 
-    /// Adds a flow to a wire; the rung continues with the flow of the wire.
+    /// Adds a flow to a wire; returns the flow of the wire, with which the rung continues.
     fn place(&mut self, flow: Flow, wire: Name) -> Flow {
         let into = self.wires.entry(wire.key()).or_default();
         if !matches!(flow, Flow::Nothing) {
@@ -139,7 +139,7 @@ impl Graph<'_, '_, '_> {
         }
     }
 
-    /// Whether a name denotes a known block, or the type name of an instance starts with it: `TON` for TON_TIME.
+    /// Whether a name denotes a library block, or the type name of an instance starts with it: `TON` for TON_TIME.
     fn is_type_of(&self, instance: ExpressionId, name: &Name) -> bool {
         let of = match &self.parser.tree.expressions[instance].kind {
             ExpressionKind::Name(_, variable) => self.variables.get(&variable.key()),
@@ -334,7 +334,7 @@ fn needs_flow(law: Law) -> bool {
     is_timer || matches!(law, Law::Gate(_) | Law::Coil(_) | Law::Set(_) | Law::EdgeCoil(_) | Law::SetField(_))
 }
 
-/// The pins identified by position, in order.
+/// The pins that may be written without a name, in order of position.
 fn positions(law: Law) -> &'static [&'static str] {
     match law {
         Law::EdgeOfFlow(_) => &["BIT"],

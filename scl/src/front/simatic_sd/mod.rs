@@ -1,6 +1,6 @@
 //! Reads SIMATIC SD: blocks, types and data blocks as exported by TIA Portal V20 and later. A `.s7dcl` file contains
-//! the declarations and networks, a `.s7res` file of the same name the texts. Declarations and expressions are SCL
-//! apart from a few forms, so the SCL parser reads them.
+//! the declarations and networks; a `.s7res` file of the same name contains the texts. Declarations and expressions
+//! are SCL apart from a few forms, so the SCL parser reads them.
 //!
 //! Format: Siemens, SIMATIC Source Documents, entry 109994073 (09/2025).
 
