@@ -51,13 +51,13 @@ pub struct Compiler<'a> {
     /// The blocks of the library, by name.
     pub library: HashMap<String, BlockId>,
     pub types: HashMap<BlockId, State<Type>>,
-    /// The type DTL, once it is used.
+    /// The type DTL; `None` until its first use.
     pub dtl: Option<Type>,
     pub blocks: Vec<Interface>,
     pub block_of: HashMap<BlockId, State<usize>>,
     pub natives: HashMap<String, usize>,
     pub globals: HashMap<String, State<Global>>,
-    /// The kind of timer or counter of each variable of a generic type, by the last name of its path.
+    /// The kind of timer or counter that each variable of a generic type is called as, by the last name of its path.
     pub kinds: HashMap<String, String>,
     /// The tags declared in the options, by name.
     pub declared: HashMap<String, &'a Tag>,
@@ -71,11 +71,11 @@ pub struct Compiler<'a> {
     /// errors.
     pub assumes: bool,
     pub undeclared: BTreeMap<String, Undeclared>,
-    /// The call graph: caller, callee, and the location of the call.
+    /// The calls: the indices of the caller and the callee in `blocks`, and the location of the call.
     pub calls: Vec<(usize, usize, Span)>,
     /// The Boolean expressions to record when they are evaluated: source index and expression.
     pub watched: HashSet<(usize, ExpressionId)>,
-    /// Where they are recorded.
+    /// The locals in which the watched expressions are recorded.
     pub notes: Vec<Note>,
     /// The total size of all records in bytes, used to reject types that no CPU memory can hold.
     pub bytes: usize,
@@ -117,7 +117,7 @@ impl<'a> Compiler<'a> {
         Some((self.address(name).as_deref().and_then(tags::area), comment))
     }
 
-    /// The address of a tag.
+    /// The address of a tag, by upper-case name; `None` if it has no address or is not declared.
     pub fn address(&self, name: &str) -> Option<String> {
         match self.global_members.get(name) {
             Some((_, _, member)) => tags::address(&member.at.as_ref()?.text),
@@ -151,7 +151,7 @@ impl<'a> Compiler<'a> {
     }
 }
 
-/// Another copy of a block, with different text.
+/// A copy of a block whose text differs from that of the first one.
 pub struct Twin {
     /// The first block of that name.
     pub first: BlockId,
@@ -172,11 +172,11 @@ pub struct Interface {
     pub source: Option<BlockId>,
     /// Its parameters and static variables, in declaration order.
     pub members: Vec<Parameter>,
-    /// Its symbol table.
+    /// Its symbol table, by upper-case name.
     pub symbols: Rc<HashMap<String, Symbol>>,
     /// The type of its return value.
     pub result: Type,
-    /// The record of an instance.
+    /// The index of the record that each instance has; 0 if it has no instances.
     pub record: usize,
     /// Its index in the program's functions.
     pub function: usize,
@@ -236,7 +236,7 @@ pub struct Global {
     pub member: usize,
     /// Its type.
     pub of: Type,
-    /// The structured in-out parameter of the main block that it represents.
+    /// The structured in-out parameter of the main block that it represents, if any.
     pub parameter: Option<String>,
 }
 
@@ -289,9 +289,9 @@ pub enum Operand {
 pub struct View {
     /// Its name.
     pub name: String,
-    /// The local that holds the viewed variable or its reference.
+    /// The local in which the view itself is stored.
     pub local: usize,
-    /// The viewed variable, in upper case.
+    /// The upper-case name of the viewed variable.
     pub behind: String,
     /// The type of the view.
     pub of: Type,

@@ -186,7 +186,7 @@ impl Compiler<'_> {
         Type::Wrong
     }
 
-    /// The record of DTL, a date with time of day.
+    /// The type DTL, a date with time of day; declared on its first use.
     pub fn dtl(&mut self) -> Type {
         if let Some(of) = &self.dtl {
             return of.clone();
@@ -298,11 +298,11 @@ impl Compiler<'_> {
             return Type::Wrong;
         }
         let Some(written) = &member.of else { return Type::Wrong };
-        // `{InstructionName := 'TON_TIME'}` only repeats the type.
+        // The attribute in `{InstructionName := 'TON_TIME'}` only repeats the type, so it is ignored.
         self.type_of(written, file, symbols)
     }
 
-    /// Records how a member was declared.
+    /// Records a member's section and elementary type; for an array, the elementary type of its elements.
     pub fn declare_member(&mut self, record: usize, number: usize, section: ir::Section, of: &Type) {
         let of = match of {
             Type::Array(array) => array.of.elementary(),
@@ -312,7 +312,7 @@ impl Compiler<'_> {
         self.program.docs.declared.insert((record, number), ir::Declared { section, of });
     }
 
-    /// Adds a record, or reports an error if memory would become too large.
+    /// Adds a record. If memory would become too large, reports an error and adds an empty record instead.
     fn add_record(&mut self, name: &str, members: Vec<(String, ir::Type)>, span: Span) -> usize {
         let size = members.iter().fold(0usize, |size, (_, of)| size.saturating_add(self.program.size(of)));
         if self.bytes.saturating_add(size) > MOST_MEMORY {
@@ -323,7 +323,8 @@ impl Compiler<'_> {
         self.program.add_record(name, members)
     }
 
-    /// The interface of a block; `named` is where the source names it.
+    /// The index of a block's interface, which is declared on first use. A block that contains itself is reported at
+    /// `named`, where the source names it.
     pub fn interface(&mut self, id: BlockId, named: Span) -> Option<usize> {
         match self.block_of.get(&id) {
             Some(State::Known(block)) => return Some(*block),
@@ -524,7 +525,7 @@ impl Compiler<'_> {
         symbols
     }
 
-    /// A data block or another global variable, by its upper-case name.
+    /// A data block or another global variable, by its upper-case name; declared on first use.
     pub fn global(&mut self, name: &str) -> Option<Global> {
         match self.globals.get(name) {
             Some(State::Known(global)) => return Some(global.clone()),

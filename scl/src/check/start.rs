@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 impl Compiler<'_> {
-    /// Writes the start value of a member of a record.
+    /// Writes the start value of the record member with index `number`.
     pub fn start_member(
         &mut self,
         record: usize,
@@ -25,7 +25,7 @@ impl Compiler<'_> {
         self.start_at(record, offset, of, start, file, symbols);
     }
 
-    /// Writes a start value into a record.
+    /// Writes a start value into a record at a byte offset.
     pub fn start_at(
         &mut self,
         record: usize,
@@ -44,7 +44,7 @@ impl Compiler<'_> {
         self.program.records[record].start = bytes;
     }
 
-    /// The byte offset in memory of a place with constant indices.
+    /// The byte offset of a place in memory; `None` if an index is computed or out of range.
     pub fn offset(&self, place: &Place) -> Option<usize> {
         if place.base != Base::Memory {
             return None;
@@ -157,7 +157,7 @@ impl Starting<'_, '_> {
                     value.write(bytes);
                 }
             }
-            // `(5)` and `[5]` for a single value.
+            // A single value in brackets: `(5)` or `[5]`.
             (_, Start::List(list, _)) if list.len() == 1 => self.write(of, &list[0], bytes),
             (Type::Structure(structure), Start::Value(value)) if structure.name == "DTL" => {
                 let mut lowerer = Lowerer::of_constants(self.compiler, self.file, self.symbols.clone());

@@ -22,7 +22,7 @@ macro_rules! elementary {
                 match self { $(Elementary::$Name => $name,)* }
             }
 
-            /// The scalar that represents it.
+            /// The scalar that represents it in the program.
             pub const fn scalar(self) -> Scalar {
                 match self { $(Elementary::$Name => Scalar::$Scalar,)* }
             }
@@ -97,7 +97,7 @@ impl Elementary {
         matches!(self.class(), Class::Bits | Class::Integer)
     }
 
-    /// Whether it is a number.
+    /// Whether it is an integer, a bit string or a floating-point number.
     pub fn is_number(self) -> bool {
         self.is_whole() || self.class() == Class::Real
     }

@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 /// The kind of an undeclared name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
-    /// A PLC tag, a constant or a data block.
+    /// A PLC tag, a data block or a constant not recognizable as such.
     Variable,
-    /// A constant, because only a constant can be used there.
+    /// A constant, recognizable because only a constant is allowed where the name is used.
     Constant,
     /// A type.
     Type,
@@ -46,7 +46,7 @@ pub enum UndeclaredStep {
 }
 
 impl Missing {
-    /// Everything that a name denotes.
+    /// The whole object that a name denotes.
     pub fn whole(name: impl Into<String>) -> Missing {
         Missing { name: name.into(), path: Vec::new() }
     }
@@ -63,8 +63,8 @@ impl Missing {
 pub struct Uses {
     /// Its type as written in SCL, if the context determines it.
     pub of: Option<String>,
-    /// Whether the type is only a likely guess: for a variable to which 0 or 1 is written, or that is compared with
-    /// another unknown.
+    /// Whether the type is only the likeliest one, because 0 or 1 is written to the variable or it is compared with
+    /// another undeclared one.
     pub is_doubtful: bool,
     /// Whether it is written anywhere.
     pub is_written: bool,
@@ -169,7 +169,8 @@ impl Compiler<'_> {
         }
     }
 
-    /// Records the type that the context implies for something undeclared; the first one wins.
+    /// Records the type that the context implies for something undeclared. The first such type wins; it replaces a
+    /// doubtful one.
     pub fn guess_missing(&mut self, missing: &Missing, of: String) {
         if let Some(uses) = self.uses(missing) {
             if std::mem::take(&mut uses.is_doubtful) {
@@ -332,7 +333,7 @@ impl What {
     }
 }
 
-/// The end of a list of names that is cut short.
+/// The end of a list of `count` names, of which [`MOST_NAMES`] are shown; `None` if all are.
 fn more(count: usize) -> Option<String> {
     (count > MOST_NAMES).then(|| format!("and {} more", count - MOST_NAMES))
 }

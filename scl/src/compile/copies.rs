@@ -33,7 +33,7 @@ impl Compiler<'_> {
     /// generates.
     fn has_same_words(&self, one: BlockId, other: BlockId) -> bool {
         let words = |(file, index): BlockId| {
-            // Comparing tokens makes no sense for XML.
+            // XML is not split into tokens: its copies are compared once compiled.
             if self.sources[file].text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
                 return None;
             }

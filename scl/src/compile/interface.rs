@@ -19,7 +19,7 @@ pub enum Role {
     Output,
     /// Read and written: both an input and an output named with the suffix `_out`.
     InOut,
-    /// Internal.
+    /// Internal to the program.
     Local,
 }
 
@@ -58,13 +58,13 @@ pub struct Comment {
     pub max: Option<f64>,
 }
 
-/// The maximum number of variables in an interface, and of locals shown; further locals stay internal.
+/// The maximum number of inputs, outputs and settings together, and likewise of locals; more locals are not shown.
 const MOST: usize = 100_000;
 
 /// Local arrays with more elements stay internal: a sample buffer is not a signal for a host to read.
 const MOST_ELEMENTS: usize = 1000;
 
-/// The advice given for a variable that is not shown.
+/// The advice given if some internal variables or data block members are not shown.
 const COPY: &str = "add outputs to the block for the values that the host reads";
 
 /// The exposed variables of a block, or the exposed globals.
@@ -72,7 +72,7 @@ const COPY: &str = "add outputs to the block for the values that the host reads"
 pub struct Shown {
     /// The variables shown, in declaration order.
     pub variables: Vec<Variable>,
-    /// The variables left out, each with advice.
+    /// Messages about variables that are left out, each with advice.
     pub notes: Vec<(String, &'static str)>,
     locals: usize,
 }
@@ -395,7 +395,7 @@ fn range(program: &Program, place: &Place) -> Option<Range<usize>> {
                 let member = program.records[*record].members.get(*number)?;
                 (start, of) = (start + member.offset, &member.ty);
             }
-            // A single element, or any of them if an index is computed.
+            // One element, or the whole array if an index is computed.
             (Step::Index(indices, _), ir::Type::Array { of: element, bounds }) => {
                 let Some(number) = number_of(indices, bounds) else { break };
                 (start, of) = (start + number * program.size(element), element);
@@ -406,7 +406,7 @@ fn range(program: &Program, place: &Place) -> Option<Range<usize>> {
     Some(start..start + program.size(of))
 }
 
-/// The flat index of an element whose indices are constants.
+/// The flat index of an element; `None` if an index is computed or out of range.
 fn number_of(indices: &[Expr], bounds: &[(i32, i32)]) -> Option<usize> {
     let mut number = 0;
     for (index, (low, high)) in indices.iter().zip(bounds) {

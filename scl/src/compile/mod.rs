@@ -46,7 +46,7 @@ pub struct Compiled {
 }
 
 impl Compiled {
-    /// The functions of the user's own blocks that have statements.
+    /// The indices of the functions that contain statements from the user's sources.
     pub fn blocks(&self) -> Vec<usize> {
         let own = self.program.files.len().saturating_sub(1);
         let is_own = |statement: &Statement| statement.at.line > 0 && usize::from(statement.at.file) < own;
@@ -143,7 +143,7 @@ fn wires(trees: &[Tree]) -> HashSet<(usize, ExpressionId)> {
     all.flat_map(of).collect()
 }
 
-/// An overview of sources that need not be complete.
+/// An overview of sources, which may be incomplete.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Survey {
     /// The blocks: kind, name, source index. A block found in several sources is listed once.
@@ -216,7 +216,7 @@ pub fn assumed(assumptions: &[Assumption]) -> String {
 }
 
 impl<'a> Compiler<'a> {
-    /// Creates a compiler that uses the first of several copies of a block, or the one numbered `copy`.
+    /// Creates a compiler. Of the copies of a block, it uses the one numbered `copy`; 0 is the first block.
     pub fn new(
         sources: &'a [Source],
         trees: &'a [Tree],

@@ -19,7 +19,7 @@ impl Compiler<'_> {
         let mut pairs = Vec::new();
         for (at, (area, _, end, name)) in tags.iter().enumerate() {
             let after = tags[at + 1..].iter().take_while(|(of, start, ..)| of == area && start < end);
-            // The CPU writes both tags itself.
+            // Pairs of tags that the CPU itself writes, such as a clock bit and its byte, are consistent.
             let is_system = |name: &String| crate::compile::system_memory::proposed(name).is_some();
             pairs
                 .extend(after.map(|(.., other)| (name, other)).filter(|(one, two)| !is_system(one) || !is_system(two)));

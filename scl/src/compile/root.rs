@@ -8,10 +8,10 @@ use crate::front::syntax::{BlockKind, EVENT, attribute, key};
 use crate::ir::{Argument, At, Binary, Body, Call, Expr, Function, Place, Scalar, Statement, Value, What};
 use manifest::Task;
 
-/// The organization blocks called once before the first cycle.
+/// The names of the organization blocks called once before the first cycle.
 const STARTUP: [&str; 2] = ["OB100", "STARTUP"];
 
-/// The organization block with the lowest priority: others due at the same time run before it.
+/// The names of the organization block with the lowest priority: others due in the same cycle run before it.
 const MAIN: [&str; 2] = ["OB1", "MAIN"];
 
 /// The kinds of organization blocks called cyclically, by their names in SimaticML.
@@ -99,7 +99,7 @@ impl Compiler<'_> {
             }
             _ => (String::new(), Vec::new()),
         };
-        // Main is last in the list, and names the program unless the user has named the blocks.
+        // The first of the calls that the user has specified names the program; by default, the last one, Main, does.
         let named = if self.options.calls.is_empty() { targets.last() } else { targets.first() };
         let (Target::Instance(_, of) | Target::Function(of), _) = named?;
         let block = self.blocks[*of].name.clone();
@@ -235,7 +235,7 @@ impl Compiler<'_> {
         let found = (0..self.blocks.len())
             .find(|block| Some(&self.blocks[*block]).filter(is_own).is_some_and(|of| key(&of.name) == key(name)));
         match found.map(|block| (block, self.blocks[block].kind)) {
-            // A function block runs with its start values; a data block is named directly.
+            // A function block gets a new instance with its start values; data blocks are found above.
             Some((block, BlockKind::FunctionBlock)) => Some(Target::Instance(self.blocks[block].name.clone(), block)),
             Some((block, BlockKind::OrganizationBlock | BlockKind::Function)) if what == "block" => {
                 Some(Target::Function(block))
@@ -310,7 +310,7 @@ impl Compiler<'_> {
         Target::Instance(name, block)
     }
 
-    /// The name of the only data block of a function block.
+    /// The name of a function block's instance among the data blocks; `None` if there is none or more than one.
     pub fn only_instance(&self, block: usize) -> Option<String> {
         let mut all = self.globals.values().filter_map(State::known).filter(|of| of.of == Type::Instance(block));
         let only = all.next().filter(|_| all.next().is_none())?;

@@ -14,7 +14,7 @@ pub(crate) struct Run {
     pub size: usize,
 }
 
-/// Adds an offset to the number of each called function.
+/// Adds an offset to the index of each called function.
 struct Moves(usize);
 
 impl Change for Moves {
@@ -110,7 +110,7 @@ impl Program {
         runs
     }
 
-    /// Whether this is the record of a block, with packed members.
+    /// Whether a record is the instance of a native function, whose members are stored without padding.
     pub(crate) fn is_packed(&self, record: usize) -> bool {
         self.functions.iter().any(|it| it.instance == Some(record) && matches!(it.body, Body::Native(_)))
     }

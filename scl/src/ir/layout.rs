@@ -55,7 +55,8 @@ impl Program {
                 let mut block = B::default();
                 let start = stored(&block);
                 let members = B::TABLE.rows.iter().enumerate().map(|(index, row)| {
-                    // A row's offset is the first byte that differs between two values that have no byte in common.
+                    // A row's offset is that of the first stored byte that changes between two values with no byte in
+                    // common.
                     let mut with = |value| {
                         block.set(index, value);
                         stored(&block)
@@ -99,7 +100,7 @@ impl Program {
         }
     }
 
-    /// The start values of a variable of this type.
+    /// The start values of a variable of this type, as bytes.
     pub fn start(&self, ty: &Type) -> Vec<u8> {
         match ty {
             Type::Record(record) => self.records[*record].start.clone(),

@@ -39,7 +39,7 @@ pub struct Program {
     pub constants: usize,
     /// All functions, to which [`Call::function`] refers.
     pub functions: Vec<Function>,
-    /// Documentation taken from the source.
+    /// Documentation of its parts.
     pub docs: Docs,
 }
 
@@ -96,7 +96,7 @@ pub struct At {
 }
 
 impl At {
-    /// Marks a statement inserted for watching: it is not counted and has no line.
+    /// Marks a statement inserted for watching: it has no source line, and the budget does not count it.
     pub const NOTE: At = At { file: u16::MAX, line: 0 };
 }
 
@@ -364,7 +364,7 @@ pub enum Unary {
     Not,
     /// The absolute value; an integer wraps.
     Abs,
-    /// The reversed byte order.
+    /// The number with its bytes in reverse order.
     Swap,
     /// The fractional part, with the sign of the number.
     Frac,

@@ -270,7 +270,7 @@ binary_of_float!(of_f32, f32_of, bits32, |a, b| bits32(
 ));
 binary_of_float!(of_f64, f64_of, bits64, |a, b| bits64(mathematics::pow_f64(f64_of(a), f64_of(b))));
 
-/// The median of lowest, number and highest.
+/// The function for the median of lowest, number and highest; the number itself if lowest is above highest.
 pub(crate) fn limit(ty: Scalar) -> Option<Three> {
     Some(match ty {
         Scalar::F32 => |low, x, high| limited(low, x, high, |a, b| f32_of(a) < f32_of(b)),

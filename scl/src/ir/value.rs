@@ -123,7 +123,7 @@ impl Value {
         }
     }
 
-    /// Converts to a value of a block's type `kind`, whose scalar is given by [`scalar`](super::scalar).
+    /// Converts to a block's value of type `kind`; this number must have the type [`scalar`](super::scalar) of `kind`.
     pub fn to_plc(self, kind: Kind) -> blocks::Value {
         use blocks::Value as Plc;
         let bits = self.bits;

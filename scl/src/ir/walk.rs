@@ -113,7 +113,7 @@ pub(crate) mod change {
     walk!(Change, iter_mut, mut);
 }
 
-/// Whether evaluating an expression runs statements.
+/// Set if any visited expression runs statements when it is evaluated.
 #[derive(Default)]
 struct Runs(bool);
 

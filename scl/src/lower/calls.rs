@@ -29,7 +29,7 @@ enum Callee {
 }
 
 impl Lowerer<'_, '_> {
-    /// A call as a statement.
+    /// Lowers a call that is a statement.
     pub(crate) fn call_statement(&mut self, id: ExpressionId) {
         let expressions = self.expressions();
         let ExpressionKind::Call(callee, arguments) = &expressions[id].kind else { return };
@@ -49,7 +49,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A call in an expression.
+    /// Lowers a call in an expression; returns its value.
     pub(crate) fn call_value(
         &mut self,
         callee: ExpressionId,
@@ -121,7 +121,7 @@ impl Lowerer<'_, '_> {
             let name = argument.name.as_ref().map(|name| name.text.clone());
             let is_enabling = name.as_ref().is_some_and(|name| matches!(key(name).as_str(), "EN" | "ENO"));
             let actual = self.actual(argument, is_enabling);
-            // A single argument needs no name.
+            // A single argument may be passed without a name; it is assumed to be IN.
             let name = name.or_else(|| (arguments.len() == 1).then(|| "IN".to_string()));
             if let (Some(name), Some(of)) = (name.filter(|_| !is_enabling), actual) {
                 let way = if argument.is_output { Way::Output } else { Way::Input };
@@ -171,7 +171,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Whether the callee is an instance.
+    /// Whether a callee denotes an instance, rather than a function or a block.
     pub(crate) fn is_instance(&self, callee: ExpressionId) -> bool {
         match &self.expressions()[callee].kind {
             ExpressionKind::Name(Scope::Global, name) => {
@@ -423,7 +423,7 @@ impl Lowerer<'_, '_> {
         position.is_some()
     }
 
-    /// The parameter to which an argument belongs.
+    /// The parameter to which an argument is passed; `None` after an error, which is reported.
     fn parameter(&mut self, block: usize, argument: &Argument, arguments: usize) -> Option<Parameter> {
         let interface = &self.compiler.blocks[block];
         let is_parameter = |member: &&Parameter| {
@@ -637,7 +637,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The place passed by reference for an argument.
+    /// The place passed by reference for an argument; `None` if the types differ, which is reported.
     fn reference(&mut self, block: usize, parameter: &Parameter, argument: &Argument) -> Option<Place> {
         let span = self.span(argument.value);
         let expected = || with_article(&parameter.of);
@@ -697,7 +697,7 @@ impl Lowerer<'_, '_> {
         for number in 0..parameters {
             match references.iter().find(|(local, _)| *local == number) {
                 Some((_, place)) => passed.push(ir::Argument::Reference(place.clone())),
-                // A stub omits parameters that cannot be represented here and ignores the others.
+                // A stub ignores its in-out parameters, so any variable of the right type will do.
                 None if self.is_stub(block) => {
                     let ty = self.compiler.program.functions[function].locals[number].ty.clone();
                     passed.push(ir::Argument::Reference(self.temp(ty)));

@@ -40,13 +40,13 @@ pub(super) fn unary(operation: Unary, of: Scalar, value: Expr) -> Expr {
     Expr::Unary(operation, of, Box::new(value))
 }
 
-/// Zero of a type.
+/// The zero of a type, as a constant.
 pub(crate) fn zero(of: Elementary) -> Expr {
     Expr::Const(Value::new(of.scalar(), 0))
 }
 
 impl Lowerer<'_, '_> {
-    /// The type of an untyped integer.
+    /// The type of an untyped integer literal where the context does not determine it.
     pub(crate) fn widest(&self, whole: i128) -> Elementary {
         match self.compiler.cpu {
             Cpu::S71500 => Elementary::LInt,
@@ -55,7 +55,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The type of an untyped floating-point literal.
+    /// The type of an untyped floating-point literal where the context does not determine it.
     pub(crate) fn widest_real(&self) -> Elementary {
         if self.compiler.cpu == Cpu::S7300 { Elementary::Real } else { Elementary::LReal }
     }
@@ -93,7 +93,7 @@ impl Lowerer<'_, '_> {
                 if let Some(name) = name {
                     self.guess(&name, to);
                 }
-                // Not a constant, so no conclusions are drawn from its value.
+                // Deliberately not a constant: it must not be folded or checked.
                 Expr::After(Vec::new(), Box::new(zero(to)))
             }
         }
@@ -129,7 +129,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// An implicit conversion, as in an assignment.
+    /// Converts a value implicitly, as in an assignment; warns about a possible loss.
     pub(crate) fn implicit(&mut self, value: Expr, from: Elementary, to: Elementary, span: Span) -> Expr {
         use Class::{Bits, Bool, Character, Date, Integer, Real, Time};
         if from == to {
@@ -191,7 +191,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// `X_TO_Y(value)`.
+    /// Lowers `X_TO_Y(value)`.
     pub(crate) fn explicit(&mut self, value: Expr, from: Elementary, to: Elementary, span: Span) -> Operand {
         use Class::{Bits, Bool, Character, Date, Integer, Real, Time};
         let at = self.at(span);

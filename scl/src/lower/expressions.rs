@@ -12,7 +12,7 @@ use crate::ir::{self, At, Base, Convert, Expr, Place, Scalar, Value};
 pub(crate) const DTL_BYTES: usize = 12;
 
 impl Lowerer<'_, '_> {
-    /// Lowers an expression; `expected` is the type of the variable to which it is directly assigned.
+    /// Lowers an expression; `expected` is the type of the variable to which it is directly assigned, if any.
     pub(crate) fn operand(&mut self, id: ExpressionId, expected: Option<Elementary>) -> Operand {
         let operand = self.calculated(id, expected);
         self.noted(id, operand)
@@ -31,7 +31,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(of, Expr::After(vec![note], Box::new(value)))
     }
 
-    /// Where a truth value is recorded, if it is watched.
+    /// Adds a local in which the truth value of an expression is recorded; `None` if the expression is not watched.
     pub(super) fn place_of_note(&mut self, id: ExpressionId) -> Option<ir::Place> {
         let function = self.compiler.blocks[self.block?].function;
         if !self.compiler.watched.contains(&(self.file, id)) {
@@ -108,7 +108,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The bytes of a DTL literal.
+    /// The bytes of a DTL literal; reports an error if it is another literal.
     pub(crate) fn moment(&mut self, id: ExpressionId) -> Option<[u8; DTL_BYTES]> {
         let expressions = self.expressions();
         let ExpressionKind::Literal(text) = &expressions[id].kind else { return None };
@@ -173,7 +173,7 @@ impl Lowerer<'_, '_> {
         text
     }
 
-    /// The place of a string.
+    /// The place of a string constant or variable; `None` for a scalar.
     pub(crate) fn text_place(&mut self, operand: Operand) -> Option<Place> {
         match operand {
             Operand::Text(text, wide) => {

@@ -93,7 +93,7 @@ impl<'a> Compiler<'a> {
         function.body = Body::Code(code);
     }
 
-    /// The numeric temporaries of a block.
+    /// The declared temporaries of elementary type in a block: the index of the local, and the name.
     fn temps(&self, block: usize, count: usize) -> Vec<(usize, String)> {
         let temps = self.blocks[block]
             .members
@@ -107,7 +107,7 @@ impl<'a> Compiler<'a> {
             .collect()
     }
 
-    /// The value of a constant integer, for example an array bound.
+    /// The value of a constant integer, such as an array bound; `None` after an error, which is reported.
     pub fn constant_whole(
         &mut self,
         id: ExpressionId,
@@ -180,7 +180,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
         (std::mem::replace(&mut self.code, outer), result)
     }
 
-    /// Creates a temporary.
+    /// Adds an unnamed temporary to the locals.
     fn temp(&mut self, ty: ir::Type) -> Place {
         let name = format!("_{}", self.locals.len());
         self.locals.push(Local { name, ty, by_reference: false });
@@ -219,7 +219,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
         }
     }
 
-    /// The value of a constant integer.
+    /// The value of a constant integer or a single character; `None` after an error, which is reported.
     fn whole(&mut self, id: ExpressionId) -> Option<i128> {
         let span = self.span(id);
         match self.operand(id, None) {

@@ -170,7 +170,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(of, self.both(ir::Binary::Pow, of, left, right, span))
     }
 
-    /// The common type of two numbers; `None` if there is none.
+    /// The type in which two operands are computed or compared; `None` if they have no common type.
     pub(crate) fn common(&self, left: &Operand, right: &Operand) -> Option<Elementary> {
         use Operand::{Fraction, Value, Whole};
         match (left, right) {
@@ -319,7 +319,7 @@ impl Lowerer<'_, '_> {
             return Operand::Value(Elementary::Bool, Expr::Texts(operation, left, right));
         }
         let of = common.or_else(|| match (&left, &right) {
-            // TIME is compared as DINT.
+            // An integer compared with a TIME is a number of milliseconds, with an LTIME of nanoseconds.
             (Operand::Value(one, _), Operand::Value(other, _)) if one.class() == Class::Time && other.is_whole() => {
                 Some(*one)
             }

@@ -12,7 +12,7 @@ use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 use parameters::tags;
 
-/// The advice given for an absolute address.
+/// The error message for an absolute address, including advice.
 pub(super) const ABSOLUTE: &str = "an absolute address has no value in an FMU; make it an input of the block";
 
 /// A variable or a part of one.
@@ -26,7 +26,7 @@ pub(crate) struct Variable {
     pub slice: Option<Slice>,
     /// The section that declares it, if it belongs to the block itself.
     pub section: Option<SectionKind>,
-    /// The timer to update before the variable is read.
+    /// The timer to update before the variable is read, if any: its block and its place.
     pub timer: Option<(usize, Place)>,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct Variable {
 pub(crate) struct Slice {
     /// The bit string type of the selection.
     pub of: Elementary,
-    /// The offset of its lowest bit.
+    /// The number of its lowest bit within the variable.
     pub shift: u32,
 }
 
@@ -52,7 +52,7 @@ pub(crate) enum Path {
 }
 
 impl Lowerer<'_, '_> {
-    /// The value of a path if it is a number, else the variable itself.
+    /// The value at a path if it is elementary, else the variable itself.
     pub(crate) fn load(&mut self, id: ExpressionId) -> Operand {
         match self.path(id) {
             Path::Variable(variable) => self.value_of(&variable, self.span(id)),
@@ -65,7 +65,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The value of a variable.
+    /// The value of a variable or slice if it is elementary, else the variable itself.
     pub(crate) fn value_of(&mut self, variable: &Variable, span: Span) -> Operand {
         let Type::Elementary(of) = variable.of else {
             return match &variable.of {
@@ -87,7 +87,8 @@ impl Lowerer<'_, '_> {
         Operand::Value(slice.of, convert(shifted, of.scalar(), slice.of.scalar(), Convert::Value, at))
     }
 
-    /// The writable variable at a path; reports an error for anything else.
+    /// The writable variable at a path. `None` for anything else: an undeclared name is recorded as written, all else
+    /// is reported as an error.
     pub(crate) fn target(&mut self, id: ExpressionId) -> Option<Variable> {
         let span = self.span(id);
         if matches!(self.expressions()[id].kind, ExpressionKind::Call(..) | ExpressionKind::Literal(_)) {
@@ -162,7 +163,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The tag at an absolute address.
+    /// Resolves an absolute address to the tag declared there.
     fn addressed(&mut self, written: &str, span: Span) -> Path {
         if let Some(name) = self.compiler.tag_at(written).map(str::to_string) {
             return self.name(Scope::Global, &Name { text: name, span });
@@ -191,7 +192,7 @@ impl Lowerer<'_, '_> {
             return Path::Wrong;
         }
         if name.starts_with('%') {
-            // A bit selection: the smallest bit string that contains it.
+            // A bit selection implies the smallest bit string that contains it.
             let of = [Elementary::Byte, Elementary::Word, Elementary::DWord, Elementary::LWord]
                 .into_iter()
                 .find(|of| slice(&name.to_uppercase(), *of, None).is_some());
@@ -203,7 +204,7 @@ impl Lowerer<'_, '_> {
         Path::Missing(missing.part(UndeclaredStep::Member(name.to_string())))
     }
 
-    /// The constant index into an undeclared array.
+    /// The constant index into an undeclared array; `None` if it is computed.
     fn constant_index(&mut self, id: ExpressionId) -> Option<i32> {
         match self.operand(id, None) {
             Operand::Whole(whole) => i32::try_from(whole).ok(),
@@ -397,7 +398,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The kind of a timer whose type does not determine it.
+    /// The block that a timer of generic type is called as; `block` if no call determines it.
     fn kind_of(&mut self, variable: &Variable, block: usize) -> usize {
         let name = self.name_of(&variable.place);
         let kind = name.and_then(|name| self.compiler.kinds.get(&name).cloned());
@@ -524,7 +525,7 @@ impl Lowerer<'_, '_> {
     }
 }
 
-/// `%X3`, `%B1` of a variable or of a slice.
+/// The slice `%X3` or `%B1` of a variable or of another slice; `None` if that has no such part.
 fn slice(name: &str, of: Elementary, within: Option<Slice>) -> Option<Slice> {
     let name = name.strip_prefix('%').unwrap_or(name);
     let bits = match name.chars().next()? {

@@ -264,7 +264,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Rejects writes to inputs and loop counters, or warns about them.
+    /// Warns about writes to inputs. A write to a loop variable is an error, on S7-300 and S7-400 a warning.
     fn check_written(&mut self, variable: &Variable, span: Span) {
         if variable.section == Some(SectionKind::Input) && self.file != self.compiler.library_file() {
             self.warn(
@@ -532,7 +532,7 @@ impl Lowerer<'_, '_> {
         self.push(span, What::For(Box::new(For { variable, first, last, step, body })));
     }
 
-    /// The place with its indices evaluated once.
+    /// The place with its computed indices stored in temporaries, so that they are evaluated only once.
     pub(crate) fn frozen(&mut self, mut place: Place, span: Span) -> Place {
         for step in &mut place.steps {
             let Step::Index(indices, _) = step else { continue };

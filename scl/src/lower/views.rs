@@ -82,7 +82,7 @@ struct Image {
 }
 
 impl Image {
-    /// The image of a variable, or the reason it cannot be viewed as bytes.
+    /// The image of a variable; the error is a noun phrase for the part of it that has none.
     fn new(place: Place, of: &Type, at: At, is_behind: bool) -> Result<Image, String> {
         let mut image = Image { parts: Vec::new(), end: 0, at, is_behind };
         image.add(place, of)?;
@@ -187,7 +187,7 @@ impl Image {
         sum.unwrap_or(Expr::Const(0_u64.into()))
     }
 
-    /// The bits of another image's part that this image does not cover: those in gaps or beyond its end.
+    /// A mask of the bits of another image's part that this image does not cover because of gaps or its end.
     fn missing(&self, part: &Part) -> u64 {
         let has = |bit: usize| {
             let first = self.parts.partition_point(|own| own.end() <= bit);
@@ -222,7 +222,7 @@ impl Image {
     }
 }
 
-/// All indices of an array in row-major order, limited to one more than a view may have.
+/// All indices of an array in row-major order, but at most one more than a view may have parts.
 fn indices(bounds: &[(i32, i32)]) -> Vec<Vec<i32>> {
     let mut all = vec![Vec::new()];
     for (low, high) in bounds {
@@ -271,7 +271,7 @@ fn shifted(operation: Binary, value: Expr, by: usize, at: At) -> Expr {
 }
 
 impl Compiler<'_> {
-    /// The images of the viewed variable and the view, or the reason there are none.
+    /// The images of the viewed variable and the view; the error is a message.
     fn images(&self, behind: (Place, &Type), view: &View) -> Result<(Image, Image), String> {
         let at = self.at(view.span);
         let under =

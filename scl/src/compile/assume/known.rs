@@ -139,7 +139,7 @@ fn find(name: &str) -> Option<&'static SystemBlock> {
     BLOCKS.iter().find(|block| block.name == name)
 }
 
-/// Whether the system has a function block of that name.
+/// Whether a name denotes one of these function blocks.
 pub(super) fn is_block(name: &str) -> bool {
     find(name).is_some_and(|block| block.has_instances)
 }
@@ -156,7 +156,7 @@ pub(super) fn formals(name: &str) -> Vec<Formal> {
     list(block.inputs, Way::Input).chain(list(block.outputs, Way::Output)).collect()
 }
 
-/// The return type of a system function.
+/// The return type of a system function; `None` if it is unknown or has none.
 pub(super) fn value(name: &str) -> Option<&'static str> {
     find(name).map(|block| block.value).filter(|value| !value.is_empty())
 }

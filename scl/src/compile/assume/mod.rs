@@ -19,11 +19,10 @@ use std::fmt::Write as _;
 /// The type assumed where the uses of a name do not determine one.
 const DEFAULT: &str = "BOOL";
 
-/// The upper index bound assumed for an array with computed indices.
+/// The lowest upper bound assumed for an array with computed indices.
 const MOST_ELEMENTS: i32 = 99;
 
-/// The first value assigned to constants of unknown value; each additional constant gets the next one. Large enough for
-/// an array bound.
+/// Constants of unknown value get successive values above this number, which is large enough for an array bound.
 const FIRST_CONSTANT: usize = 100;
 
 /// An assumed declaration of one undeclared name.
@@ -257,7 +256,7 @@ impl<'a> Declared<'a> {
         Declared { of, kind, node, signature, formals, is_complete }
     }
 
-    /// The name of the block that this is an instance of.
+    /// The name of the block itself or, for an instance, of its block.
     fn block_name(&self) -> String {
         let name = &self.of.name;
         if let (Kind::Instance, Some((block, _))) = (self.kind, self.signature) {
@@ -375,16 +374,16 @@ fn function(name: &str, result: &str, formals: &[Formal]) -> String {
 }
 
 impl Compiler<'_> {
-    /// Stubs for blocks that cannot be read: those called by others or, if `only` is given, those it names. Errors
-    /// inside them are then ignored.
+    /// Stubs for blocks that contain errors: those named in `only` or, if it is `None`, all but the block to run. The
+    /// errors in a block replaced by a stub are ignored.
     pub fn unreadable(&self, only: Option<&[String]>) -> Vec<Assumption> {
         let is_called =
             |block: usize| self.calls.iter().any(|(caller, callee, _)| *callee == block && *caller != block);
         let is_protected = |(file, index): BlockId| self.trees[file].protected.iter().any(|(of, _)| *of == index);
         let is_asked = |block: usize, of: &Interface| match only {
             Some(names) => names.iter().any(|name| key(name) == key(&of.name)),
-            // The block to run is not replaced by a stub. It may be a block that no other calls, unless there are
-            // organization blocks.
+            // The block to run is not replaced by a stub. Without organization blocks, this may be any block that no
+            // other calls.
             None => {
                 is_called(block)
                     || of.source.is_some_and(is_protected)

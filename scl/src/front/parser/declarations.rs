@@ -78,7 +78,7 @@ impl Parser<'_> {
             let _: Parsed<()> = self.fail(end);
         }
         self.takes(";");
-        // A block exported by TIA Portal has no statements if it is protected; in its original source, they are present.
+        // A protected block has statements in its original source, but not in TIA Portal's export.
         let has_statements = !matches!(kind, BlockKind::DataBlock | BlockKind::Type);
         if let Some(span) = protected.filter(|_| has_statements && block.body.is_empty()) {
             self.tree.protected.push((self.tree.blocks.len(), span));

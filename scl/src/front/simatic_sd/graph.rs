@@ -139,7 +139,7 @@ impl Graph<'_, '_, '_> {
         }
     }
 
-    /// Whether a name denotes a library block, or the type name of an instance starts with it: `TON` for TON_TIME.
+    /// Whether a name denotes a known function, or the type name of an instance starts with it: `TON` for TON_TIME.
     fn is_type_of(&self, instance: ExpressionId, name: &Name) -> bool {
         let of = match &self.parser.tree.expressions[instance].kind {
             ExpressionKind::Name(_, variable) => self.variables.get(&variable.key()),

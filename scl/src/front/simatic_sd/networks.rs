@@ -91,7 +91,7 @@ impl Parser<'_> {
     }
 }
 
-/// The variables of a block and their type names.
+/// The variables of a block and their type names; the type name is empty for arrays, strings and structures.
 fn variables(block: &SourceBlock) -> Variables {
     let members = block.sections.iter().flat_map(|section| &section.members);
     let named = members.flat_map(|member| {

@@ -57,7 +57,7 @@ pub(crate) struct Element {
     pub callee: ExpressionId,
     /// Its attributes.
     pub attributes: Vec<Attribute>,
-    /// The expression inside it.
+    /// The expression that it calculates, from its attribute S7_EXPRESSION.
     pub equation: Option<ExpressionId>,
     /// Its pins.
     pub pins: Vec<Pin>,
@@ -68,7 +68,7 @@ pub(crate) struct Element {
 /// A pin of an element.
 #[derive(Debug)]
 pub(crate) struct Pin {
-    /// Its name; `None` if the element has only one.
+    /// Its name; `None` if its position identifies it.
     pub name: Option<Name>,
     /// Whether it is connected with `=>`.
     pub is_output: bool,
@@ -152,7 +152,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether an element starts here: a name with members and indices, followed by a bracket.
+    /// Whether an element starts here: a name, with members and indices if any, followed by `(`.
     fn is_call(&self) -> bool {
         let mut depth = 0;
         for by in 0.. {

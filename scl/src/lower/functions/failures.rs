@@ -1,4 +1,5 @@
-//! Functions that detect whether a LAD or FBD box fails, for its ENO. No source can spell their names.
+//! Functions that detect whether a LAD or FBD box fails, for its ENO. Their names contain `?`, so that no source can
+//! call them.
 
 use super::Given;
 use crate::check::compiler::Operand;
@@ -10,7 +11,7 @@ use crate::lower::Lowerer;
 use crate::lower::convert::{binary, convert, unary};
 
 impl Lowerer<'_, '_> {
-    /// TRUE if a calculation with these operands fails: `ADD?`, `CONVERT?_INT`.
+    /// Whether a calculation with these operands fails: `ADD?`, `CONVERT?_INT`.
     pub(super) fn failure(&mut self, kind: &str, to: &str, given: &Given) -> Operand {
         let span = given.span;
         let is_target = |argument: &Argument| argument.name.as_ref().is_some_and(|name| name.key() == "OUT");
@@ -58,7 +59,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Whether the result of SCALE_X overflows its type.
+    /// Whether the result of SCALE_X does not fit its type, or is infinite or NaN.
     fn scaling_fails(&mut self, to: Option<Elementary>, given: &Given) -> Operand {
         let span = given.span;
         let names = ["MIN", "VALUE", "MAX"];

@@ -138,7 +138,7 @@ impl Lowerer<'_, '_> {
         self.elements(from.as_ref(), fill, count, &to, given.span);
     }
 
-    /// MOVE_BLK_VARIANT on arrays: like MOVE_BLK, but with element indices from 0.
+    /// MOVE_BLK_VARIANT on arrays: like MOVE_BLK, but the elements are counted from 0.
     pub(super) fn elements_of_arrays(&mut self, given: &Given) -> Operand {
         let named = ["SRC", "COUNT", "SRC_INDEX", "DEST_INDEX", "DEST"];
         let found: Vec<ExpressionId> = (0..).zip(named).filter_map(|(at, name)| given.find(name, at)).collect();

@@ -29,7 +29,7 @@ struct Given<'a> {
     arguments: &'a [Argument],
     name: &'a str,
     span: Span,
-    /// Bit mask of the arguments read so far; at most 32 are passed.
+    /// A bit mask of the arguments read so far; bit 63 represents all arguments from index 63.
     used: &'a Cell<u64>,
 }
 
@@ -40,7 +40,8 @@ impl<'a> Given<'a> {
         self.arguments
     }
 
-    /// The argument with this name, or the unnamed argument at this position. `None` searches by name only.
+    /// The argument with this name, or the unnamed one at this position; marks it as read. Without a position, searches
+    /// by name only.
     fn find(&self, name: &str, position: impl Into<Option<usize>>) -> Option<ExpressionId> {
         let is_it = |argument: &Argument| argument.name.as_ref().is_some_and(|given| given.key() == name);
         let by_name = self.arguments.iter().position(is_it);
@@ -50,7 +51,7 @@ impl<'a> Given<'a> {
         Some(self.arguments[number].value)
     }
 
-    /// The first argument that the function did not read.
+    /// The first argument that the function did not read; `None` if that is EN or ENO.
     fn surplus(&self) -> Option<&'a Argument> {
         let is_used = |number: usize| self.used.get() >> number.min(63) & 1 == 1;
         let unused = self.arguments.iter().enumerate().find(|(number, _)| !is_used(*number));
@@ -61,7 +62,7 @@ impl<'a> Given<'a> {
 }
 
 impl Lowerer<'_, '_> {
-    /// The value of a built-in function; `None` if no function has that name.
+    /// Lowers a call of a built-in function in an expression; `None` if no function has that name.
     pub(crate) fn function(
         &mut self,
         name: &str,
@@ -188,12 +189,12 @@ impl Lowerer<'_, '_> {
         Some(operand)
     }
 
-    /// Whether this is an internal function that only the library may call.
+    /// Whether the library calls one of its internal functions here; user code cannot.
     fn is_inner(&self, name: &str) -> bool {
         crate::library::is_inner(name) && self.file == self.compiler.library_file()
     }
 
-    /// A built-in function called as a statement; `false` if no function has that name.
+    /// Lowers a call of a built-in function as a statement; returns `false` if no function has that name.
     pub(crate) fn statement_function(&mut self, name: &str, arguments: &[Argument], span: Span) -> bool {
         let used = &Cell::new(0);
         let given = Given { arguments, name, span, used };
@@ -318,7 +319,8 @@ impl Lowerer<'_, '_> {
         (temp.clone(), Expr::Load(of.scalar(), temp))
     }
 
-    /// The common type in which all operands are compared or selected.
+    /// The common type in which all operands are compared or selected; `None` if an operand is wrong or there is none,
+    /// which is reported.
     fn common_of(&mut self, operands: &[Operand], expected: Option<Elementary>, span: Span) -> Option<Elementary> {
         if operands.iter().any(|operand| matches!(operand, Operand::Wrong(_))) {
             let of = operands.iter().find_map(|operand| match operand {

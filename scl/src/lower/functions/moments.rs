@@ -13,10 +13,10 @@ use crate::ir::{self, Argument, At, Convert, Expr, Scalar};
 const MILLISECOND: i64 = 1_000_000;
 const DAY: i64 = 86_400_000 * MILLISECOND;
 
-/// From 1970-01-01 (the epoch of LDT) to 1990-01-01 (the epoch of DATE and DT).
+/// The nanoseconds from 1970-01-01 (the epoch of LDT) to 1990-01-01 (the epoch of DATE and DT).
 const TO_DATE: i64 = 7305 * DAY;
 
-/// 2000-01-01, the initial value of the clock, as in the library.
+/// The initial value of the clock, 2000-01-01, in nanoseconds since 1970-01-01. The library has the same value.
 const START_OF_CLOCK: i64 = 10_957 * DAY;
 
 /// A type that is computed in nanoseconds.
@@ -32,7 +32,7 @@ fn constant(number: i64) -> Expr {
     Expr::Const(number.into())
 }
 
-/// An operation on nanoseconds with a constant.
+/// A 64-bit integer operation whose right operand is a constant.
 fn with(operation: ir::Binary, left: Expr, right: i64, at: At) -> Expr {
     binary(operation, Scalar::I64, left, constant(right), at)
 }
@@ -46,7 +46,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A moment in nanoseconds: since 1970-01-01, or since midnight.
+    /// A date, a time of day or a duration in nanoseconds: dates since 1970-01-01, times of day since midnight.
     fn nanoseconds(&mut self, operand: Operand, span: Span) -> Option<Expr> {
         let at = self.at(span);
         match operand {

@@ -110,7 +110,7 @@ impl Lowerer<'_, '_> {
         Some(converted.unwrap_or(Operand::Wrong(None)))
     }
 
-    /// The single argument of a function, a string.
+    /// The argument IN of a function, which must be a string.
     fn text_argument_of(&mut self, given: &Given, wide: bool) -> Option<ir::Argument> {
         self.text_argument(given, "IN", 0, &Type::Text { capacity: 254, wide })
     }
