@@ -221,7 +221,8 @@ fn a_library_without_an_organization_block_gets_one() {
         DATA_BLOCK \"Pump_DB\"\n\"Pump\"\nBEGIN\nEND_DATA_BLOCK\n";
     let found = assumptions(text);
     let told: Vec<String> = found.iter().map(|of| format!("{}: {}", of.name, of.what)).collect();
-    let calls = "an organization block that calls the 3 blocks not called by any other, with a tag for each parameter";
+    let calls =
+        "an organization block that calls each block that no other calls (3 in all), with a tag for each parameter";
     assert_eq!(told, [format!("Main: {calls}")]);
     let expected_calls = "BEGIN\n   \"Pump_DB\"(start := \"Pump_start\", run => \"Pump_run\");\n   \
         \"Count_DB\"(of := \"Count_of\", n => \"Count_n\");\n   \"Double_value\" := \"Double\"(x := \"Double_x\");\n";

@@ -70,7 +70,7 @@ fn tags_that_share_memory_are_named() {
         told(&text, None).1
     };
     let warned = of("%M11.0");
-    assert!(warned[0].contains("separate variables here: Cmd (%MW10) and Start (%M11.0)"), "{warned:?}");
+    assert!(warned[0].contains("separate variables in the FMU: Cmd (%MW10) and Start (%M11.0)"), "{warned:?}");
     assert_eq!(of("%M12.0"), [""; 0]);
 }
 
@@ -139,11 +139,11 @@ fn what_has_no_value_outside_of_a_plc_is_refused() {
     refused("\"Fill\"();", "no source declares the function \"Fill\"");
     refused("#i := RDREC(REQ := TRUE);", "accesses the PLC's hardware or system");
     refused("#i := S_ODT(T_NO := 1);", "use TON, TOF or TP");
-    refused("#t := S5T#2S;", "S5 timers: use TON, TOF or TP with T#");
+    refused("#t := S5T#2S;", "expected a TIME instead of an S5TIME, found `S5T#2S`; use TON, TOF or TP with T#");
     refused("#i := BCD16_TO_INT(#w);", "instead of BCD and S5TIME, use INT and TIME");
-    refused("#i := #i^;", "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]");
-    refused("#i ?= 1;", "pointers of this kind are not supported");
-    refused("#i := P#DB1.DBX0.0;", "pointers of this kind are not supported");
+    refused("#i := #i^;", "references (^) are not supported; pass the variable itself, or ARRAY[*]");
+    refused("#i ?= 1;", "assignment attempts (?=) are not supported");
+    refused("#i := P#DB1.DBX0.0;", "expected a value instead of a pointer");
 }
 
 #[test]
@@ -151,16 +151,16 @@ fn types_without_a_meaning_here_are_refused() {
     for of in ["Variant", "Any", "Pointer", "DB_ANY", "REF_TO Int"] {
         undeclarable(
             &format!("x : {of};"),
-            "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]",
+            "is not supported; pass the variable itself; for an array of any length, declare ARRAY[*]",
         );
     }
     for of in ["S5Time", "Timer", "Counter"] {
-        undeclarable(&format!("x : {of};"), "S5 timers: use TON, TOF or TP");
+        undeclarable(&format!("x : {of};"), "use IEC timers and counters: TON, TOF, TP, CTU, CTD, CTUD");
     }
     undeclarable("x : TO_SpeedAxis;", "it depends on hardware: supply its values through inputs");
     undeclarable("x : PID_Compact;", "its control law is not published; use one of CONT_C");
-    undeclarable("x : Array[3..1] of Int;", "3..1 is not a valid index range");
-    undeclarable("x : Array[0..2000000000] of LReal;", "this array needs more than 64 MiB, which no CPU has");
+    undeclarable("x : Array[3..1] of Int;", "3..1 is not a range of DINT values");
+    undeclarable("x : Array[0..2000000000] of LReal;", "this array needs more than 64 MiB, more than any CPU has");
     undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use multiple dimensions");
     undeclarable("x : Int := 'text';", "expected INT, found a string");
     undeclarable("x : Array[0..1] of Int := [1, 2, 3];", "more start values than elements");
@@ -179,15 +179,15 @@ fn types_that_do_not_fit_are_refused() {
     refused("#t := #t * #t;", "* cannot be applied to TIME and TIME; add TIME to TIME");
     refused(
         "#t := DATE_TO_TIME(D#2024-02-28);",
-        "no DATE_TO_TIME; a date is not a duration: subtract another date from it",
+        "there is no function DATE_TO_TIME; a date is not a duration: subtract another date from it",
     );
-    refused("#i := TIME_TO_DATE(#t);", "no TIME_TO_DATE; a time has no date: combine it with one, using T_COMBINE");
+    refused("#i := TIME_TO_DATE(#t);", "there is no function TIME_TO_DATE; a time has no date: combine it with one");
     refused("#flag := #flag AND #i;", "AND cannot be applied to BOOL and INT; both sides must be BOOL");
     refused("#r := #r MOD 2.0;", "MOD needs integers");
     refused("#i := #array;", "expected INT, found ARRAY[1..3] OF INT");
     refused("#pair := #array;", "expected \"Pair\", found ARRAY[1..3] OF INT");
     refused("#i := #array[4];", "index 4 is outside 1..3");
-    refused("#i := #array[1, 2];", "2 indices for 1 dimensions");
+    refused("#i := #array[1, 2];", "wrong number of indices: 2 instead of 1");
     refused("#i := #i[1];", "INT has no elements");
     refused("#i := #array[#r];", "an index must be an integer, not a REAL");
     refused("#i := #pair.z;", "\"Pair\" has no member z");
@@ -199,7 +199,7 @@ fn types_that_do_not_fit_are_refused() {
     refused("FOR #r := 1 TO 2 DO ; END_FOR;", "a loop variable must be an integer, not REAL");
     refused("FOR #i := 1 TO 2 BY 0 DO ; END_FOR;", "a loop with step 0 never ends");
     refused("FOR #i := 1 TO 2 DO #i := 3; END_FOR;", "the loop variable i must not be written inside its loop");
-    refused("EXIT;", "EXIT is not inside a loop; RETURN leaves the block");
+    refused("EXIT;", "EXIT is not inside a loop; to leave the block, use RETURN");
     refused("GOTO L1;", "no label L1 in this block");
     refused("GOTO L1; WHILE #flag DO L1: #i := 1; END_WHILE;", "GOTO jumps into the loop that contains the label L1");
 }
@@ -228,9 +228,12 @@ fn calls_that_do_not_fit_are_refused() {
 fn names_that_no_source_declares_are_told_with_what_to_do() {
     refused(
         "#flag := \"Start\";",
-        "no source declares the tags \"Start\" : BOOL; --tag \"Start : BOOL\" makes it an input or output",
+        "no tag declaration for \"Start\" : BOOL; --tag \"Start : BOOL\" makes it an input or output",
     );
-    refused("IF \"A\" AND NOT \"B\" THEN \"C\" := 2.5; END_IF;", "the tags \"A\" : BOOL, \"B\" : BOOL, \"C\" : REAL;");
+    refused(
+        "IF \"A\" AND NOT \"B\" THEN \"C\" := 2.5; END_IF;",
+        "declaration for \"A\" : BOOL, \"B\" : BOOL, \"C\" : REAL;",
+    );
     refused("\"Data\".x := \"Data\".y[1].z;", "the data block \"Data\": Data.x, Data.y; export this DB as a source");
     refused(
         "\"Other\"(x := 1);",
@@ -294,10 +297,7 @@ fn blocks_that_cannot_be_are_refused() {
     );
     let (errors, _) =
         told("TYPE \"A\"\nSTRUCT x : Int; END_STRUCT;\nEND_TYPE\nDATA_BLOCK \"a\"\nBEGIN\nEND_DATA_BLOCK", None);
-    assert_eq!(
-        errors,
-        ["a.scl:4:12: a is declared twice: first in a.scl:1; rename one of them, or leave one file out"]
-    );
+    assert_eq!(errors, ["a.scl:4:12: a is declared twice: first in a.scl:1; rename or delete one of them"]);
     let (errors, _) = told("FUNCTION \"A\" : Void\nBEGIN\nNETWORK\nTITLE =\n  A I0.0;\nEND_FUNCTION", None);
     assert!(errors[0].starts_with("a.scl:3:1: this block is in STL or LAD, not in SCL"), "{errors:#?}");
     let two =
@@ -340,7 +340,7 @@ fn what_may_surprise_is_told() {
     warned("#in := 1;", "an input is written, but the caller does not see the change");
     warned(
         "FOR #i := 1 TO 32767 DO ; END_FOR;",
-        "the loop counts to the limit of INT: it ends here, but may run forever on a CPU",
+        "the loop counts to the limit of INT: it ends in the FMU, but perhaps not on a CPU",
     );
     warned("#i := LIMIT_REAL(MN := 0.0, IN := #r, MX := 5);", "REAL becomes INT: it is rounded");
     warned("ABS(#i);", "the value of ABS is not used");
@@ -382,7 +382,7 @@ fn all_errors_of_all_sources_are_told_at_once() {
 #[test]
 fn the_value_of_a_function_has_its_name_with_a_hash() {
     let (errors, _) = told("FUNCTION \"F\" : Int\nBEGIN\n\"F\" := 3;\nEND_FUNCTION\n", None);
-    assert_eq!(errors, ["a.scl:3:1: F is a block, not a variable; the function value is #F"]);
+    assert_eq!(errors, ["a.scl:3:1: F is a block, not a variable; its return value is #F"]);
 }
 
 #[test]
@@ -395,7 +395,7 @@ FUNCTION_BLOCK \"B\"\nVAR\n  a : \"A\";\nEND_VAR\nBEGIN\nEND_FUNCTION_BLOCK\n";
 #[test]
 fn a_file_without_a_block_and_one_that_is_no_text_are_refused() {
     for text in ["", "// nothing yet\n"] {
-        let message = "a.scl:1:1: no block is declared here; a source starts with FUNCTION_BLOCK, for example";
+        let message = "a.scl:1:1: no block is declared here; declare one, for example with FUNCTION_BLOCK";
         assert_eq!(told(text, None).0, [message], "{text}");
     }
     let no_mark: Vec<u8> = "FUNCTION".encode_utf16().flat_map(u16::to_le_bytes).collect();

@@ -51,11 +51,11 @@ pub(crate) fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)
                 _ => Ok(Literal::Text(text, Some(prefix == "WSTRING"))),
             };
         }
-        "C" => return Err(("no BCD constant".into(), Some("write it as a number"))),
-        "S5T" | "S5TIME" => return Err(("no S5TIME".into(), Some("S5 timers: use TON, TOF or TP with T#"))),
+        "C" => return Err(("a number instead of a BCD constant".into(), Some("write its value"))),
+        "S5T" | "S5TIME" => return Err(("a TIME instead of an S5TIME".into(), Some("use TON, TOF or TP with T#"))),
         "P" => {
-            let help = "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]";
-            return Err(("no pointer".into(), Some(help)));
+            let help = "pass the variable itself, or ARRAY[*]";
+            return Err(("a value instead of a pointer".into(), Some(help)));
         }
         _ => match Elementary::named(&prefix) {
             Some(of) => of,

@@ -21,7 +21,7 @@ use std::rc::Rc;
 const MOST_MEMORY: usize = 64 << 20;
 
 fn too_large(what: &str) -> String {
-    format!("{what} more than {} MiB, which no CPU has", MOST_MEMORY >> 20)
+    format!("{what} more than {} MiB, more than any CPU has", MOST_MEMORY >> 20)
 }
 
 impl Compiler<'_> {
@@ -64,7 +64,7 @@ impl Compiler<'_> {
                     let (Some(low), Some(high)) = (low, high) else { return Type::Wrong };
                     let is_range = low <= high && i32::try_from(low).is_ok() && i32::try_from(high).is_ok();
                     if !is_range {
-                        self.error(written.span, format!("{low}..{high} is not a valid index range"), None);
+                        self.error(written.span, format!("{low}..{high} is not a range of DINT values"), None);
                         return Type::Wrong;
                     }
                     known.push((low as i32, high as i32));
@@ -89,9 +89,9 @@ impl Compiler<'_> {
 
     fn refused_type(&mut self, span: Span, name: &str) -> Type {
         let help = match name {
-            "S5TIME" | "TIMER" | "COUNTER" => "S5 timers: use TON, TOF or TP",
+            "S5TIME" | "TIMER" | "COUNTER" => "use IEC timers and counters: TON, TOF, TP, CTU, CTD, CTUD",
             "POINTER" | "ANY" | "VARIANT" | "REF_TO" | "DB_ANY" => {
-                "pointers of this kind are not supported; pass the variable itself, or ARRAY[*]"
+                "pass the variable itself; for an array of any length, declare ARRAY[*]"
             }
             "ERRORSTRUCT" => "remove it: an error stops the FMU and reports file and line",
             _ => "it depends on hardware: supply its values through inputs",
@@ -496,7 +496,7 @@ impl Compiler<'_> {
                         let name = &member.names[0];
                         let of = of.unwrap_or(Type::Wrong);
                         let help = "only elementary values and strings can be constants: declare it in VAR";
-                        self.error(name.span, format!("the constant {} is {of}", name.text), Some(help));
+                        self.error(name.span, format!("the constant {} is declared as {of}", name.text), Some(help));
                         Operand::Wrong(None)
                     }
                     None if of.as_ref().is_some_and(Type::is_elementary) => {

@@ -123,7 +123,11 @@ impl Starting<'_, '_> {
             }
             (Type::Structure(structure), Start::List(list, span)) => {
                 if list.len() > structure.fields.len() {
-                    self.compiler.error(*span, format!("{of} has only {} members", structure.fields.len()), None);
+                    self.compiler.error(
+                        *span,
+                        format!("more start values than members: {of} has {}", structure.fields.len()),
+                        None,
+                    );
                 }
                 for (number, (start, field)) in list.iter().zip(&structure.fields).enumerate() {
                     self.member(structure.record, number, &field.of, start, bytes);
@@ -138,7 +142,7 @@ impl Starting<'_, '_> {
                         Some(Parameter { of, slot: Slot::Member(number), .. }) => {
                             self.member(record, number, &of, start, bytes);
                         }
-                        _ => self.compiler.error(name.span, format!("no member {}", name.text), None),
+                        _ => self.compiler.error(name.span, format!("the instance has no member {}", name.text), None),
                     }
                 }
             }

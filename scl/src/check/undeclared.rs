@@ -305,7 +305,7 @@ impl Compiler<'_> {
             Some(_) => Remedy::ListMissing,
             None => Remedy::DeclareTag { name: first.name.clone(), of },
         };
-        self.report.error_with(first.span, format!("no source declares the tags {}", names.join(", ")), Some(help));
+        self.report.error_with(first.span, format!("no tag declaration for {}", names.join(", ")), Some(help));
     }
 }
 

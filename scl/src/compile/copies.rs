@@ -51,7 +51,7 @@ impl Compiler<'_> {
         let message =
             format!("{} is declared twice: first in {}:{}", name.text, self.sources[first.0].file, place.line);
         let help = match first.0 == id.0 {
-            true => "rename one of them, or leave one file out",
+            true => "rename or delete one of them",
             false => "rename one of them, or leave one file out; if there are several PLCs, specify the folder of one",
         };
         self.error(name.span, message, Some(help));

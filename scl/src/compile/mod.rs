@@ -75,7 +75,7 @@ impl Trees {
             report.error(
                 Span::default(),
                 "no block is declared here",
-                Some("a source starts with FUNCTION_BLOCK, for example"),
+                Some("declare one, for example with FUNCTION_BLOCK"),
             );
         }
         let library = crate::library::source();

@@ -31,9 +31,10 @@ impl Compiler<'_> {
         let mut listed: Vec<String> =
             pairs.iter().take(MOST_NAMES).map(|(one, two)| format!("{} and {}", shown(one), shown(two))).collect();
         if let Some(more) = pairs.len().checked_sub(MOST_NAMES).filter(|more| *more > 0) {
-            listed.push(format!("and {more} more pairs"));
+            listed.push(format!("and {more} more"));
         }
-        let message = format!("tags that share memory on a CPU are separate variables here: {}", listed.join("; "));
+        let message =
+            format!("tags that share memory on a CPU are separate variables in the FMU: {}", listed.join("; "));
         let declared = self.global_members.get(pairs[0].1);
         let span = declared.and_then(|(.., member)| Some(member.names.first()?.span)).unwrap_or_default();
         self.warn(span, message, Some("use one tag of each pair, or a slice of it such as Tag.%X0"));

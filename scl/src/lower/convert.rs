@@ -209,7 +209,7 @@ impl Lowerer<'_, '_> {
             (Date, Bits | Integer | Date) | (Bits | Integer, Date) => {
                 convert(value, from.scalar(), to.scalar(), Convert::Value, at)
             }
-            _ => return self.error(span, format!("no {}_TO_{}", from.name(), to.name()), None),
+            _ => return self.error(span, format!("there is no function {}_TO_{}", from.name(), to.name()), None),
         };
         Operand::Value(to, value)
     }

@@ -147,7 +147,7 @@ impl Lowerer<'_, '_> {
             ExpressionKind::Address(address) => self.addressed(address, span),
             ExpressionKind::Pointer(_) => {
                 let help = "pass the variable itself, or ARRAY[*]";
-                self.error(span, "pointers of this kind are not supported", Some(help));
+                self.error(span, "references (^) are not supported", Some(help));
                 Path::Wrong
             }
             ExpressionKind::Wrong => Path::Wrong,
@@ -301,7 +301,7 @@ impl Lowerer<'_, '_> {
             };
             let own = self.block.map(|block| &self.compiler.blocks[block]);
             let is_own = own.is_some_and(|own| own.kind == BlockKind::Function && key(&own.name) == capitals);
-            let help = is_own.then(|| format!("the function value is #{}", name.text));
+            let help = is_own.then(|| format!("its return value is #{}", name.text));
             self.error(name.span, format!("{} is {what}", name.text), help.as_deref());
             return Path::Wrong;
         }
@@ -449,7 +449,7 @@ impl Lowerer<'_, '_> {
             }
         };
         if indices.len() != dimensions {
-            let message = format!("{} indices for {dimensions} dimensions", indices.len());
+            let message = format!("wrong number of indices: {} instead of {dimensions}", indices.len());
             self.error(span, message, None);
             return Path::Wrong;
         }

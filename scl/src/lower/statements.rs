@@ -79,7 +79,7 @@ impl Lowerer<'_, '_> {
             StatementKind::Exit | StatementKind::Continue => {
                 if self.loops.is_empty() {
                     let name = if matches!(statement.kind, StatementKind::Exit) { "EXIT" } else { "CONTINUE" };
-                    self.error(span, format!("{name} is not inside a loop"), Some("RETURN leaves the block"));
+                    self.error(span, format!("{name} is not inside a loop"), Some("to leave the block, use RETURN"));
                     return;
                 }
                 let is_exit = matches!(statement.kind, StatementKind::Exit);
@@ -521,7 +521,7 @@ impl Lowerer<'_, '_> {
             && value.bits() != 0
         {
             let message =
-                format!("the loop counts to the limit of {}: it ends here, but may run forever on a CPU", of.name());
+                format!("the loop counts to the limit of {}: it ends in the FMU, but perhaps not on a CPU", of.name());
             self.warn(self.span(last_id), message, Some("use a larger type"));
         }
         // The loop counts in the variable selected at its start, even if an index changes later.

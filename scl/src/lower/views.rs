@@ -323,7 +323,7 @@ impl Lowerer<'_, '_> {
                 continue;
             }
             let problem = match self.behind(&view) {
-                None => Some("AT needs a variable of this block".to_string()),
+                None => Some("AT needs a variable of this block that is not itself a view".to_string()),
                 Some((_, Type::Wrong | Type::Missing(_))) => None,
                 Some((place, of)) => self.compiler.images((place, &of), &view).err(),
             };

@@ -186,7 +186,7 @@ impl Parser<'_> {
                 "/=" => Some(Binary::Divide),
                 "?=" => {
                     let help = "pass the variable itself, or ARRAY[*]";
-                    return self.refuse(self.span(), "pointers of this kind are not supported", Some(help));
+                    return self.refuse(self.span(), "assignment attempts (?=) are not supported", Some(help));
                 }
                 _ if targets.is_empty() && matches!(self.tree.expressions[value].kind, ExpressionKind::Call(..)) => {
                     return Ok(StatementKind::Call(value));

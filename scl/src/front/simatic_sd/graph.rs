@@ -280,7 +280,7 @@ impl Graph<'_, '_, '_> {
         }
         if open.len() == MOST_WIRES {
             let message = format!("more than {MOST_WIRES} wires in a row");
-            self.error(wire.span, message, "end the rung at the last one");
+            self.error(wire.span, message, "replace several of them with one wire");
             return None;
         }
         let flows = self.wires.get(&name).cloned().unwrap_or_default();

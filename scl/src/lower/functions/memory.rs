@@ -28,7 +28,7 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::DInt, bound)
             }
             (Operand::Wrong(_), _) | (_, None) => Operand::Wrong(None),
-            (_, Some(_)) => self.error(given.span, format!("{} needs an array and a dimension", given.name), None),
+            (_, Some(_)) => self.error(given.span, format!("{} needs an array with that dimension", given.name), None),
         }
     }
 
@@ -47,7 +47,7 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::UDInt, convert(count, Scalar::I32, Scalar::U32, Convert::Value, at))
             }
             Operand::Wrong(name) => Operand::Wrong(name),
-            _ => self.error(given.span, format!("{} needs an array with bounds", given.name), None),
+            _ => self.error(given.span, format!("{} needs an array or a one-dimensional ARRAY[*]", given.name), None),
         }
     }
 

@@ -157,7 +157,7 @@ impl Lowerer<'_, '_> {
             _ => None,
         };
         if help.is_some() {
-            return Some(self.error(given.span, format!("no {}", given.name), help));
+            return Some(self.error(given.span, format!("there is no function {}", given.name), help));
         }
         let operand = self.argument(given, "IN", 0);
         let operand = match (self.moment_of(&operand), from, operand) {

@@ -18,8 +18,8 @@ const REFUSED: [(&[&str], &str, &str); 9] = [
     (
         &["GET_ERROR", "GET_ERR_ID", "GET_ERROR_ID"],
         NOT_SUPPORTED,
-        "errors such as an index outside an array stop the FMU, which reports file and line; \
-         remove it, and check the index before using it",
+        "remove the call, and check indices before using them: an error such as an index outside an array \
+         stops the FMU, which reports file and line",
     ),
     // Memory addresses and pointers.
     (
@@ -138,7 +138,7 @@ const REFUSED: [(&[&str], &str, &str); 9] = [
     (
         &["S_ODT", "S_ODTS", "S_OFFDT", "S_PULSE", "S_PEXT", "S_CU", "S_CD", "S_CUD"],
         NOT_SUPPORTED,
-        "S5 timers: use TON, TOF or TP; S5 counters: use CTU, CTD or CTUD",
+        "instead of S5 timers, use TON, TOF or TP; instead of S5 counters, CTU, CTD or CTUD",
     ),
 ];
 
