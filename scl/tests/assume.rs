@@ -222,7 +222,7 @@ fn a_library_without_an_organization_block_gets_one() {
     let found = assumptions(text);
     let told: Vec<String> = found.iter().map(|of| format!("{}: {}", of.name, of.what)).collect();
     let calls =
-        "an organization block that calls each block that no other calls (3 in all), with a tag for each parameter";
+        "an organization block that calls each block not called by any other (3), with a tag for each parameter";
     assert_eq!(told, [format!("Main: {calls}")]);
     let expected_calls = "BEGIN\n   \"Pump_DB\"(start := \"Pump_start\", run => \"Pump_run\");\n   \
         \"Count_DB\"(of := \"Count_of\", n => \"Count_n\");\n   \"Double_value\" := \"Double\"(x := \"Double_x\");\n";

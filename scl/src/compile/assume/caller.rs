@@ -45,7 +45,7 @@ impl Compiler<'_> {
             calls.statements
         );
         let what = format!(
-            "an organization block that calls each block that no other calls ({} in all), with a tag for each parameter",
+            "an organization block that calls each block not called by any other ({}), with a tag for each parameter",
             called.len()
         );
         Some(Assumption { name, what, at: (file as u32, self.block((file, index)).name.span.start), text })
