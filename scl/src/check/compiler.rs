@@ -87,7 +87,6 @@ impl<'a> Compiler<'a> {
         self.trees.len() - 1
     }
 
-    /// Returns a block of a source.
     pub fn block(&self, (file, index): BlockId) -> &'a SourceBlock {
         &self.trees[file].blocks[index]
     }
@@ -145,7 +144,6 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Reports an error.
     pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
         self.report.error(span, message, help);
     }
@@ -164,9 +162,7 @@ pub struct Twin {
 /// The interface of a callable block.
 #[derive(Debug)]
 pub struct Interface {
-    /// Its name.
     pub name: String,
-    /// Its block kind.
     pub kind: BlockKind,
     /// The block that declares it; `None` for a native block.
     pub source: Option<BlockId>,
@@ -174,7 +170,7 @@ pub struct Interface {
     pub members: Vec<Parameter>,
     /// Its symbol table, by upper-case name.
     pub symbols: Rc<HashMap<String, Symbol>>,
-    /// The type of its return value.
+    /// The type of its return value; `Void` if it has none.
     pub result: Type,
     /// The index of the record that each instance has; 0 if it has no instances.
     pub record: usize,
@@ -197,7 +193,6 @@ pub struct Parameter {
     pub key: String,
     /// The section that declares it.
     pub section: SectionKind,
-    /// Its data type.
     pub of: Type,
     /// Where its value is stored.
     pub slot: Slot,
@@ -207,7 +202,6 @@ pub struct Parameter {
     pub is_setting: bool,
     /// Whether it is hidden from the user.
     pub is_hidden: bool,
-    /// Whether it is retentive.
     pub is_retained: bool,
 }
 
@@ -223,18 +217,14 @@ pub enum Slot {
 /// The meaning of a name in a block.
 #[derive(Clone, Debug)]
 pub enum Symbol {
-    /// A variable.
     Variable(SectionKind, Type, Slot),
-    /// A named constant.
     Constant(Operand),
 }
 
-/// A global variable.
 #[derive(Clone, Debug)]
 pub struct Global {
     /// Its index among the memory's members.
     pub member: usize,
-    /// Its type.
     pub of: Type,
     /// The structured in-out parameter of the main block that it represents, if any.
     pub parameter: Option<String>,
@@ -287,7 +277,6 @@ pub enum Operand {
 /// An AT view of another variable.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// Its name.
     pub name: String,
     /// The local in which the view itself is stored.
     pub local: usize,

@@ -4,7 +4,6 @@ use crate::check::types::{Class, Elementary};
 use parameters::literal::{self, Refusal};
 use parameters::problem::with_article;
 
-/// A literal.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Literal {
     /// An integer; without a type prefix, it takes the type its context requires.

@@ -652,7 +652,7 @@ impl Compiler<'_> {
     }
 }
 
-/// The elementary type of a hardware identifier, connection or organization block type.
+/// The elementary type of which a system data type such as HW_IO or OB_CYCLIC is an alias; `None` for any other type.
 fn number_of_hardware(name: &str) -> Option<Elementary> {
     match name {
         "PORT" | "RTM" | "PIP" => Some(Elementary::UInt),

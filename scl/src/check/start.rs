@@ -1,4 +1,4 @@
-//! Writes start values.
+//! Writes start values into the records of the program.
 
 use crate::check::compiler::{Compiler, Operand, Parameter, Slot, Symbol};
 use crate::check::types::Type;

@@ -8,16 +8,13 @@ use std::rc::Rc;
 
 macro_rules! elementary {
     ($($Name:ident $name:literal $Scalar:ident $class:ident;)*) => {
-        /// An elementary type.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs)]
         pub enum Elementary { $($Name,)* }
 
         impl Elementary {
-            /// All elementary types.
             pub const ALL: &'static [Elementary] = &[$(Elementary::$Name),*];
 
-            /// Its name.
             pub const fn name(self) -> &'static str {
                 match self { $(Elementary::$Name => $name,)* }
             }
@@ -27,7 +24,6 @@ macro_rules! elementary {
                 match self { $(Elementary::$Name => Scalar::$Scalar,)* }
             }
 
-            /// Its class.
             pub const fn class(self) -> Class {
                 match self { $(Elementary::$Name => Class::$class,)* }
             }
@@ -38,17 +34,14 @@ macro_rules! elementary {
 /// A class of elementary types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// BOOL.
     Bool,
     /// A bit string of more than one bit.
     Bits,
-    /// An integer.
     Integer,
     /// A floating-point number.
     Real,
     /// A duration.
     Time,
-    /// A character.
     Character,
     /// A date or a time of day.
     Date,
@@ -107,7 +100,7 @@ impl Elementary {
         if self == Elementary::Bool { 1 } else { self.scalar().size() as u32 * 8 }
     }
 
-    /// The bit string of this size.
+    /// The bit string with this number of bits.
     pub fn bit_string(bits: u32) -> Elementary {
         match bits {
             1 => Elementary::Bool,
@@ -118,7 +111,7 @@ impl Elementary {
         }
     }
 
-    /// The integer of this size.
+    /// The integer type with this number of bits.
     pub fn integer(bits: u32, is_signed: bool) -> Elementary {
         match (bits, is_signed) {
             (8, true) => Elementary::SInt,
@@ -164,23 +157,18 @@ impl Elementary {
     }
 }
 
-/// A type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Type {
-    /// An elementary type.
     Elementary(Elementary),
-    /// A string.
     Text {
         /// The maximum number of characters.
         capacity: u16,
         /// Whether characters have 16 bits.
         wide: bool,
     },
-    /// An array.
     Array(Rc<Array>),
     /// `ARRAY[*]`: the element type and the number of dimensions.
     Open(Rc<Type>, usize),
-    /// A structure.
     Structure(Rc<Structure>),
     /// A function block instance: the index of the block.
     Instance(usize),
@@ -192,7 +180,6 @@ pub enum Type {
     Wrong,
 }
 
-/// An array.
 #[derive(Debug, PartialEq)]
 pub struct Array {
     /// The lower and upper bound of each dimension.
@@ -202,27 +189,23 @@ pub struct Array {
 }
 
 impl Array {
-    /// The number of its elements.
     pub fn elements(&self) -> usize {
         self.bounds.iter().fold(1, |count, (low, high)| count.saturating_mul(extent(*low, *high)))
     }
 }
 
-/// A structure.
 #[derive(Debug)]
 pub struct Structure {
     /// The name of the type; empty if anonymous.
     pub name: String,
-    /// Its members.
     pub fields: Vec<Field>,
-    /// Its record in the program.
+    /// The index of its record in the program.
     pub record: usize,
     /// The indices of the members, by upper-case name.
     numbers: HashMap<String, usize>,
 }
 
 impl Structure {
-    /// A structure with these members.
     pub fn new(name: &str, fields: Vec<Field>, record: usize) -> Structure {
         let numbers = fields.iter().enumerate().map(|(number, field)| (field.key.clone(), number)).collect();
         Structure { name: name.to_string(), fields, record, numbers }
@@ -250,7 +233,6 @@ pub struct Field {
     pub name: String,
     /// Its name in upper case.
     pub key: String,
-    /// Its type.
     pub of: Type,
     /// The author's comment on it.
     pub comment: String,
@@ -258,7 +240,6 @@ pub struct Field {
     pub is_setting: bool,
     /// Whether it is hidden from the user.
     pub is_hidden: bool,
-    /// Whether it is retentive.
     pub is_retained: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Names that no source declares.
+//! Names that no source declares: collects their uses and reports them.
 
 use crate::check::compiler::Compiler;
 use crate::check::types::{Elementary, Type, text_name};
@@ -15,13 +15,9 @@ pub enum What {
     Variable,
     /// A constant, recognizable because only a constant is allowed where the name is used.
     Constant,
-    /// A type.
     Type,
-    /// A function.
     Function,
-    /// A function block.
     Block,
-    /// An instance.
     Instance,
 }
 
@@ -81,7 +77,7 @@ pub struct Bounds {
     pub has_others: bool,
 }
 
-/// An argument in a call to something undeclared.
+/// A parameter of something undeclared, inferred from an argument in a call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Formal {
     /// The name of the parameter.
@@ -105,7 +101,6 @@ pub struct Undeclared {
     pub uses: BTreeMap<Vec<UndeclaredStep>, Uses>,
     /// The arguments with which it is called, without duplicates.
     pub formals: Vec<Formal>,
-    /// Whether it is called.
     pub is_called: bool,
 }
 
@@ -118,7 +113,7 @@ impl Undeclared {
         self.uses.get([].as_slice()).and_then(|uses| uses.of.as_deref())
     }
 
-    /// The direct members that are used.
+    /// The names of the members that are used, without their own members; `[]` represents the elements.
     fn members(&self) -> Vec<&str> {
         let mut members: Vec<&str> = Vec::new();
         for path in self.uses.keys() {

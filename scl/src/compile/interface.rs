@@ -39,7 +39,7 @@ pub struct Variable {
     pub role: Role,
     /// Whether the author hides it (`ExternalVisible := 'False'`); never true for inputs and outputs.
     pub is_hidden: bool,
-    /// Whether it is retentive.
+    /// Whether it is retentive: a CPU keeps its value when it loses power.
     pub is_retained: bool,
     /// The author's comment on it.
     pub comment: Comment,
@@ -61,7 +61,7 @@ pub struct Comment {
 /// The maximum number of inputs, outputs and settings together, and likewise of locals; more locals are not shown.
 const MOST: usize = 100_000;
 
-/// Local arrays with more elements stay internal: a sample buffer is not a signal for a host to read.
+/// Local arrays with more elements are not shown: a sample buffer is not a signal for a host to read.
 const MOST_ELEMENTS: usize = 1000;
 
 /// The advice given if some internal variables or data block members are not shown.

@@ -28,14 +28,15 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 /// A compiled program.
 #[derive(Debug)]
 pub struct Compiled {
-    /// The program.
+    /// The typed program.
     pub program: Program,
     /// The CPU whose rules apply.
     pub cpu: Cpu,
     /// The function to run every cycle, and the path of its instance in memory; `None` if the sources contain no block
     /// that can be run.
     pub root: Option<Root>,
-    /// The other blocks that can be run: organization blocks, and function blocks that no other block calls.
+    /// The names of all blocks that can be run: organization blocks except startup, and function blocks that no other
+    /// block calls.
     pub candidates: Vec<String>,
     /// The global variables: tags and the members of data blocks, by name.
     pub globals: Vec<interface::Variable>,

@@ -38,9 +38,9 @@ const EVENTS: [&str; 12] = [
 /// The entry points of a program.
 #[derive(Clone, Debug)]
 pub struct Root {
-    /// The function called in each cycle.
+    /// The index of the function called in each cycle.
     pub cycle: usize,
-    /// The function called once before the first cycle.
+    /// The index of the function called once before the first cycle, if any.
     pub startup: Option<usize>,
     /// The name of the block, or of the first of several.
     pub block: String,
@@ -252,8 +252,8 @@ impl Compiler<'_> {
         }
     }
 
-    /// The default entry points: the only cyclic organization block, or all cyclic ones with Main last; otherwise the
-    /// only function block that no other block calls.
+    /// The default entry points: the only cyclic organization block, or all cyclic ones with Main last. If there is none,
+    /// the only event-driven one; without organization blocks, the only function block that no other block calls.
     fn targets(&mut self) -> Option<Vec<Target>> {
         let all: Vec<usize> = self.organization_blocks().filter(|block| !self.is_startup(*block)).collect();
         let (mut cyclic, events): (Vec<usize>, Vec<usize>) =
@@ -271,7 +271,7 @@ impl Compiler<'_> {
         if cyclic.len() > 1 {
             let main = main?;
             cyclic.retain(|block| *block != main);
-            // Blocks of the program cycle event are called as often as Main.
+            // On a CPU, too, blocks of the program cycle event are called as often as Main.
             let others = cyclic.iter().copied().filter(|block| self.event(*block) != Some(PROGRAM_CYCLE));
             for block in others.collect::<Vec<_>>() {
                 let message = format!(

@@ -19,7 +19,6 @@ impl Span {
         self.file == other.file && self.range().contains(&(other.start as usize))
     }
 
-    /// The range of bytes.
     pub fn range(self) -> Range<usize> {
         self.start as usize..self.end as usize
     }
@@ -30,7 +29,6 @@ impl Span {
     }
 }
 
-/// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A keyword, or a name without quotation marks.
@@ -53,12 +51,9 @@ pub(crate) enum Kind {
     End,
 }
 
-/// One token.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Token {
-    /// The kind.
     pub kind: Kind,
-    /// Its location.
     pub span: Span,
 }
 

@@ -18,19 +18,16 @@ use syntax::Tree;
 /// The format of a source that is recognized by its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
-    /// A source in SCL.
     Scl,
     /// A TIA Openness document in XML.
     SimaticMl,
 }
 
 impl Format {
-    /// Detects the format of a source.
     pub(crate) fn detect(text: &str) -> Format {
         if simatic_ml::is_it(text) { Format::SimaticMl } else { Format::Scl }
     }
 
-    /// Parses a source in this format.
     pub(crate) fn parse(self, text: &str, file: u32, report: &mut Report) -> Tree {
         match self {
             Format::Scl => parser::parse(text, file, report),

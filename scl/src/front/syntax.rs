@@ -1,4 +1,4 @@
-//! The syntax tree.
+//! The syntax tree, which is the same for all source formats.
 
 use crate::check::types::Elementary;
 use crate::front::lexer::Span;
@@ -35,7 +35,6 @@ pub struct ExpressionId(pub u32);
 pub struct Expressions(Vec<Expression>);
 
 impl Expressions {
-    /// Adds an expression.
     pub fn add(&mut self, kind: ExpressionKind, span: Span) -> ExpressionId {
         let depth = |id: &ExpressionId| self[*id].depth;
         let below = match &kind {
@@ -57,7 +56,6 @@ impl Expressions {
         ExpressionId(self.0.len() as u32 - 1)
     }
 
-    /// The number of expressions.
     pub fn len(&self) -> usize {
         self.0.len()
     }
@@ -71,18 +69,14 @@ impl std::ops::Index<ExpressionId> for Expressions {
     }
 }
 
-/// An expression.
 #[derive(Debug)]
 pub struct Expression {
-    /// Its kind.
     pub kind: ExpressionKind,
-    /// Its location.
     pub span: Span,
     /// The depth of its tree: 1 for an expression without operands.
     pub depth: u32,
 }
 
-/// The kind of an expression.
 #[derive(Debug)]
 pub enum ExpressionKind {
     /// A number, a string or a typed literal, as written.
@@ -133,7 +127,6 @@ pub struct Argument {
     pub span: Span,
 }
 
-/// A unary operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unary {
     /// `+a`
@@ -144,7 +137,6 @@ pub enum Unary {
     Not,
 }
 
-/// A binary operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Binary {
@@ -165,16 +157,12 @@ pub enum Binary {
     Or,
 }
 
-/// A statement.
 #[derive(Debug)]
 pub struct Statement {
-    /// Its kind.
     pub kind: StatementKind,
-    /// Its location.
     pub span: Span,
 }
 
-/// The kind of a statement.
 #[derive(Debug)]
 pub enum StatementKind {
     /// `a := b += c`: the targets from left to right, each with the operator after it.
@@ -206,14 +194,13 @@ pub enum StatementKind {
     Exit,
     /// Continues with the next iteration of the loop.
     Continue,
-    /// Leaves the block.
+    /// Leaves the block; a value, if given, is assigned to ENO.
     Return(Option<ExpressionId>),
     /// Jumps to a label.
     Goto(Name),
-    /// A label.
     Label(Name),
-    /// Declares a temporary for the rest of the block. Its type is the given one or the type of the value; without a
-    /// value, it keeps its current value.
+    /// Declares a temporary for the rest of the block, with an optional type and value. Without a type, it has that of
+    /// the value; without either, that of the output stored in it.
     Let(Name, Option<Elementary>, Option<ExpressionId>),
     /// A title or comment, kept in the program.
     Comment(String),
@@ -228,7 +215,7 @@ pub struct Label {
     pub high: Option<ExpressionId>,
 }
 
-/// The kind of a block.
+/// The kind of a block. PLC data types count as blocks, too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum BlockKind {
@@ -242,17 +229,13 @@ pub enum BlockKind {
 /// A block of a source.
 #[derive(Debug)]
 pub struct SourceBlock {
-    /// Its kind.
     pub kind: BlockKind,
-    /// Its name.
     pub name: Name,
     /// The return type of a function, or the block or type of a data block.
     pub of: Option<Type>,
-    /// Its attributes.
     pub attributes: Vec<Attribute>,
     /// The comment in its header.
     pub comment: String,
-    /// Its sections.
     pub sections: Vec<Section>,
     /// Its statements; in a data block, assignments of start values.
     pub body: Vec<Statement>,
@@ -290,7 +273,6 @@ impl SourceBlock {
     }
 }
 
-/// The kind of a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum SectionKind {
@@ -309,16 +291,13 @@ pub struct Section {
     pub kind: SectionKind,
     /// Whether its members are retentive.
     pub is_retained: bool,
-    /// Its members.
     pub members: Vec<Member>,
 }
 
 /// Members of one type, declared together.
 #[derive(Debug)]
 pub struct Member {
-    /// Their names.
     pub names: Vec<Name>,
-    /// Their attributes.
     pub attributes: Vec<Attribute>,
     /// The variable that they overlay (`AT`).
     pub at: Option<Name>,
@@ -326,7 +305,7 @@ pub struct Member {
     pub of: Option<Type>,
     /// Their start value.
     pub start: Option<Start>,
-    /// The comment after them, on the same line.
+    /// Their comment, on the same line.
     pub comment: String,
 }
 
@@ -335,7 +314,6 @@ pub struct Member {
 pub struct Attribute {
     /// Its upper-case name.
     pub key: String,
-    /// Its value.
     pub value: String,
 }
 
@@ -353,13 +331,10 @@ pub(crate) fn attribute<'a>(attributes: &'a [Attribute], key: &str) -> Option<&'
 /// A type as written in the source.
 #[derive(Debug)]
 pub struct Type {
-    /// Its kind.
     pub kind: TypeKind,
-    /// Its location.
     pub span: Span,
 }
 
-/// The kind of a type.
 #[derive(Debug)]
 pub enum TypeKind {
     /// The name of a type or block.
@@ -378,7 +353,6 @@ pub enum TypeKind {
     },
     /// The bounds of each dimension (`None` for `*`), and the element type.
     Array(Vec<Option<[ExpressionId; 2]>>, Box<Type>),
-    /// The members.
     Struct(Vec<Member>),
     /// `REF_TO type`, which is rejected.
     Reference,
@@ -386,7 +360,6 @@ pub enum TypeKind {
     Wrong,
 }
 
-/// A start value.
 #[derive(Debug)]
 pub enum Start {
     /// A constant expression.
@@ -413,7 +386,6 @@ pub enum PathStep {
 /// The syntax tree of a source.
 #[derive(Debug, Default)]
 pub struct Tree {
-    /// Its blocks.
     pub blocks: Vec<SourceBlock>,
     /// The networks in LAD and FBD, each with the index of its block.
     pub networks: Vec<(usize, Network)>,

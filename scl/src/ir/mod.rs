@@ -26,7 +26,7 @@ pub use value::{Scalar, Value};
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A program.
+/// A complete program: the layout of its data, its start values and its functions.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
     /// The names of the source files, to which [`At::file`] refers.
@@ -166,7 +166,7 @@ pub struct Function {
     pub locals: Vec<Local>,
     /// The number of parameters, which come first in [`Function::locals`].
     pub parameters: usize,
-    /// Its code.
+    /// Its statements, or the native block that it runs.
     pub body: Body,
 }
 
@@ -252,7 +252,7 @@ pub struct For {
     pub first: Expr,
     /// The last value; a step past it ends the loop.
     pub last: Expr,
-    /// The increment after each iteration.
+    /// The increment, added after each iteration.
     pub step: Expr,
     /// The statements to repeat.
     pub body: Vec<Statement>,
@@ -287,9 +287,9 @@ pub enum Argument {
 /// A variable or a part of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
-    /// Its root.
+    /// The variable or record at which the path starts.
     pub base: Base,
-    /// The path from there.
+    /// The path to the part; empty for the whole.
     pub steps: Vec<Step>,
 }
 
@@ -309,7 +309,7 @@ pub enum Base {
 /// A step to a part of a variable.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
-    /// To a member of a record, by number.
+    /// To a member of a record, by index.
     Member(usize),
     /// To an element of an array, with an integer index for each dimension, or to a character of a string, with a
     /// 1-based index.
@@ -321,7 +321,7 @@ pub enum Step {
 /// An expression, whose value is a number.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Expr {
-    /// A constant.
+    /// A constant number of any type.
     Const(Value),
     /// The value of a variable.
     Load(Scalar, Place),
@@ -340,11 +340,11 @@ pub enum Expr {
     Texts(Binary, Place, Place),
     /// Whether two structures or arrays of the same type are equal.
     Same(Place, Place),
-    /// The lower or upper bound of a dimension (0-based) of an array whose bounds the caller passes; an `I32`.
+    /// The lower or upper bound of one dimension of an array whose bounds the caller passes; an `I32`.
     Bound {
-        /// The parameter.
+        /// The index of the parameter among the function's locals.
         local: usize,
-        /// The dimension.
+        /// The dimension, counted from 0.
         dimension: usize,
         /// Whether this is the upper bound.
         upper: bool,
@@ -378,9 +378,9 @@ pub enum Unary {
     Log,
     /// The sine of an angle in radians.
     Sin,
-    /// The cosine.
+    /// The cosine of an angle in radians.
     Cos,
-    /// The tangent.
+    /// The tangent of an angle in radians.
     Tan,
     /// The arc sine, in radians.
     Asin,
@@ -415,9 +415,9 @@ pub enum Binary {
     Shl,
     /// Shift to the right, filled with the sign bit; an amount of at least the width shifts out all bits.
     Shr,
-    /// Rotation to the left.
+    /// Rotation to the left by the amount modulo the width.
     Rol,
-    /// Rotation to the right.
+    /// Rotation to the right by the amount modulo the width.
     Ror,
     /// The minimum; a if neither is less.
     Min,
@@ -467,7 +467,7 @@ impl Binary {
 }
 
 impl Expr {
-    /// The type of the expression.
+    /// The type of the value.
     pub fn ty(&self) -> Scalar {
         match self {
             Expr::Const(value) => value.ty(),
@@ -491,7 +491,7 @@ impl Expr {
 }
 
 impl Place {
-    /// A whole variable.
+    /// The whole variable or record at a base.
     pub fn new(base: Base) -> Place {
         Place { base, steps: Vec::new() }
     }

@@ -22,7 +22,7 @@ pub(crate) type TwoChecked = fn(u64, u64) -> (u64, bool);
 /// A ternary operation.
 pub(crate) type Three = fn(u64, u64, u64) -> u64;
 
-/// An operation that cannot fail, or one that may warn.
+/// An operation that never warns, or one that may.
 #[derive(Clone, Copy)]
 pub(crate) enum Either<F, C> {
     Plain(F),
@@ -126,7 +126,7 @@ impl Unary {
         })
     }
 
-    /// Inexact functions are computed in binary64 and rounded once.
+    /// Functions such as EXP and SIN are computed in binary64; the result is then rounded to binary32.
     fn of_f32(self) -> Option<One> {
         Some(match self {
             Unary::Neg => |a| bits32(-f32_of(a)),

@@ -15,7 +15,6 @@ impl Program {
         print.text
     }
 
-    /// The name of a type.
     fn type_name(&self, ty: &Type) -> String {
         match ty {
             Type::Scalar(ty) => ty.to_string(),

@@ -138,7 +138,7 @@ impl Value {
         }
     }
 
-    /// A number of this type; for an integer, the low bits are used and sign-extended.
+    /// Creates a number from 64 bits, which [`Scalar::of_bits`] normalizes.
     pub const fn new(ty: Scalar, bits: u64) -> Value {
         Value { ty, bits: ty.of_bits(bits) }
     }
@@ -153,7 +153,7 @@ impl Value {
         self.bits
     }
 
-    /// The number as an `f64`: exact except for integers beyond 2^53; a truth value is 0 or 1.
+    /// The number as an `f64`: exact except for integers of a magnitude above 2^53; a truth value is 0 or 1.
     pub fn number(self) -> f64 {
         match self.ty {
             Scalar::F32 => f64::from(f32::from_bits(self.bits as u32)),

@@ -18,7 +18,6 @@ const MOST_NAMES: usize = 12;
 
 /// The target of a call.
 enum Callee {
-    /// A function.
     Function(usize),
     /// An instance: its block and its place.
     Instance(usize, Place),
@@ -82,7 +81,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Lowers a call to a function with source code; returns its value.
+    /// Lowers a call to a function written in SCL; returns its value.
     pub(crate) fn value_of_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Operand {
         if self.compiler.blocks[block].result == Type::Void {
             let name = self.compiler.blocks[block].name.clone();
@@ -288,7 +287,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// An instance of a block, declared as a data block.
+    /// The instance of the block `declared` in the data block `name`, which need not be in the sources.
     fn of_data_block(&mut self, declared: BlockId, name: &str, span: Span) -> Callee {
         let Some(block) = self.compiler.interface(declared, span) else { return Callee::Wrong };
         let global = match self.compiler.global(&key(name)) {

@@ -82,7 +82,6 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Lowers a literal.
     pub(crate) fn literal(&mut self, text: &str, span: Span) -> Operand {
         match constant::read(text) {
             Ok(Literal::Whole(whole, None)) => Operand::Whole(whole),
@@ -121,7 +120,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A place that holds constant bytes.
+    /// Adds a constant with these bytes to the program; returns its place.
     fn constant_place(&mut self, of: ir::Type, bytes: &[u8]) -> Place {
         let constants = self.compiler.program.constants;
         let member = self.compiler.program.extend_record(constants, "constant", of);

@@ -249,7 +249,6 @@ impl<'c, 'a> Lowerer<'c, 'a> {
         self.compiler.guess_missing(missing, of.name().to_string());
     }
 
-    /// The symbol of a name.
     fn symbol(&self, name: &str) -> Option<Symbol> {
         self.symbols.get(&key(name)).cloned()
     }

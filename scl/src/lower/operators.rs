@@ -10,7 +10,7 @@ use crate::front::syntax::{Binary, Unary};
 use crate::ir::{self, Expr};
 
 impl Lowerer<'_, '_> {
-    /// Lowers `-a` or `NOT a`.
+    /// Lowers `+a`, `-a` or `NOT a`.
     pub(crate) fn unary(&mut self, operator: Unary, operand: Operand, span: Span) -> Operand {
         match (operator, operand) {
             (_, Operand::Wrong(name)) => Operand::Wrong(name.inspect(|name| {
@@ -363,7 +363,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(Elementary::Bool, self.both(operation, of, left, right, span))
     }
 
-    /// A condition as an expression of type BOOL.
+    /// A condition as an expression of type BOOL; any other type is reported as an error.
     pub(crate) fn condition(&mut self, operand: Operand, span: Span) -> Expr {
         match operand {
             Operand::Value(Elementary::Bool, value) => value,

@@ -18,9 +18,7 @@ pub(super) const ABSOLUTE: &str = "an absolute address has no value in an FMU; m
 /// A variable or a part of one.
 #[derive(Clone, Debug)]
 pub(crate) struct Variable {
-    /// Its type.
     pub of: Type,
-    /// Its place.
     pub place: Place,
     /// The bits selected from it, if it is sliced.
     pub slice: Option<Slice>,
@@ -41,9 +39,7 @@ pub(crate) struct Slice {
 
 /// The result of resolving a path.
 pub(crate) enum Path {
-    /// A variable.
     Variable(Variable),
-    /// A constant.
     Constant(Operand),
     /// An undeclared name.
     Missing(Missing),
@@ -120,7 +116,6 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Resolves a path.
     pub(crate) fn path(&mut self, id: ExpressionId) -> Path {
         let span = self.span(id);
         let expressions = self.expressions();

@@ -14,7 +14,6 @@ use manifest::Cpu;
 use std::rc::Rc;
 
 impl Lowerer<'_, '_> {
-    /// Lowers statements in order.
     pub(crate) fn statements(&mut self, statements: &[Statement]) {
         self.warn_of_calls(statements);
         for statement in statements {

@@ -27,7 +27,6 @@ struct Part {
 /// The meaning of a part.
 #[derive(Clone, Copy, PartialEq)]
 enum Holds {
-    /// A number.
     Number,
     /// The length of a string: 16 bits in the machine, one byte in a CPU.
     Length,
@@ -301,7 +300,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The variable underlying a view; `None` if it is itself a view.
+    /// The variable underlying a view; `None` if that is itself a view or not a variable of this block.
     fn behind(&self, view: &View) -> Option<(Place, Type)> {
         match self.symbols.get(&view.behind)? {
             Symbol::Variable(_, of, slot) => {
@@ -316,7 +315,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Reports errors in the views of a block and drops the faulty ones.
+    /// Reports errors in the views of a block.
     pub(crate) fn check_views(&mut self) {
         for view in self.views.clone() {
             if view.of.is_wrong() {

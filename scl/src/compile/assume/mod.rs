@@ -126,7 +126,7 @@ struct Declared<'a> {
     is_complete: bool,
 }
 
-/// A variable and its members, elements or function value.
+/// The uses of a variable or function, and those of its members, its elements and its return value.
 #[derive(Default)]
 struct Node<'a> {
     uses: Option<&'a Uses>,

@@ -16,7 +16,7 @@ const BLOCKS: [(&str, BlockKind, &str); 5] = [
 ];
 
 impl Parser<'_> {
-    /// Parses all blocks of the source.
+    /// Parses the whole source: its blocks and its global variables.
     pub(crate) fn source(mut self) -> Tree {
         while !self.is_end() && !self.is_exhausted() {
             match self.block_kind() {
@@ -295,7 +295,6 @@ impl Parser<'_> {
         parse(self)
     }
 
-    /// Parses a type.
     pub(crate) fn type_of(&mut self) -> Parsed<Type> {
         let start = self.span();
         let kind = self.deeper(Parser::type_kind)?;

@@ -10,7 +10,7 @@ const HIGHEST: u8 = 8;
 /// The maximum number of operators in a chain.
 const MOST_LEVELS: u32 = 300;
 
-/// The reserved words.
+/// The reserved words: without quotation marks, they are not names in an expression.
 const RESERVED: [&str; 41] = [
     "AND",
     "BEGIN",
@@ -61,7 +61,6 @@ pub(super) fn is_reserved(word: &str) -> bool {
 }
 
 impl Parser<'_> {
-    /// Parses an expression.
     pub(crate) fn expression(&mut self) -> Parsed<ExpressionId> {
         self.above(0)
     }
@@ -115,7 +114,7 @@ impl Parser<'_> {
         Ok(left)
     }
 
-    /// Parses an operand with its signs.
+    /// Parses an operand with any signs and NOT before it.
     fn operand(&mut self) -> Parsed<ExpressionId> {
         let start = self.span();
         let unary = match self.symbol_ahead(0) {

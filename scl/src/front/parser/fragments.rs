@@ -26,14 +26,12 @@ impl Fragments<'_> {
         parsed.unwrap_or_else(|| self.tree.expressions.add(ExpressionKind::Wrong, span))
     }
 
-    /// Parses a type.
     pub(crate) fn type_of(&mut self, range: Range<usize>) -> Type {
         let span = self.span(&range);
         let parsed = self.parse(range, |parser| parser.whole(Parser::type_of));
         parsed.unwrap_or(Type { kind: TypeKind::Wrong, span })
     }
 
-    /// Parses statements.
     pub(crate) fn statements(&mut self, range: Range<usize>) -> Vec<Statement> {
         let statements = self.parse(range, |parser| {
             parser.gotos = parser.jumps("");

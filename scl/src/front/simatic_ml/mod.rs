@@ -19,7 +19,6 @@ pub(super) fn is_it(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 
-/// Parses a document.
 pub(super) fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
     let document = match xml::tree(text) {
         Ok(document) => document,

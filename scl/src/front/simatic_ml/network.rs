@@ -13,14 +13,12 @@ use std::collections::{HashMap, HashSet};
 enum Node {
     /// An element, by its index in the network.
     Element(usize),
-    /// An operand.
     Operand(ExpressionId),
-    /// A label.
     Label(Name),
 }
 
 impl Reader<'_> {
-    /// Reads the statements of a block's networks.
+    /// Reads a block's networks: returns their statements and adds the graphs to the tree.
     pub(super) fn networks(&mut self, block: Element, owner: &Owner) -> Vec<Statement> {
         let Some(list) = block.child("ObjectList") else { return Vec::new() };
         let mut statements = Vec::new();

@@ -20,7 +20,7 @@ const SCOPES: [&str; 8] = [
     "TypedConstant",
 ];
 
-/// Elements without effect: comments, editor notes, and blanks, of which the text consists from the start.
+/// Elements that are not written: comments, editor notes, and blanks, since the text is blank anyway.
 const IDLE: [&str; 9] = [
     "Address",
     "Blank",
@@ -49,7 +49,6 @@ impl Written {
         Written { text: " ".repeat(length), end: 0, is_full: false }
     }
 
-    /// The text.
     pub(super) fn text(&self) -> &str {
         &self.text
     }

@@ -195,7 +195,7 @@ impl Graph<'_, '_, '_> {
                             "move it to where the wire is used",
                         );
                     }
-                    // The wire may lead nowhere.
+                    // The pin counts as open, too, because the wire may lead nowhere.
                     self.network.elements[number].open.push(name.to_string());
                     self.place(Flow::Of(Source::Pin(number, name.to_string())), wire);
                 }
@@ -254,7 +254,7 @@ impl Graph<'_, '_, '_> {
         Flow::Of(Source::Pin(number, exit.to_string()))
     }
 
-    /// Connects each pin fed by a wire to the wire's source or, if it has several, to a gate that combines them.
+    /// Connects each pin fed by a wire to the wire's source or, if it has several, to an OR gate that combines them.
     fn join(&mut self) {
         let mut joined: BTreeMap<String, Option<Source>> = BTreeMap::new();
         for (number, pin, wire) in std::mem::take(&mut self.pending) {

@@ -18,7 +18,6 @@ use crate::front::parser;
 use crate::front::syntax::Tree;
 use crate::report::Report;
 
-/// Parses a document.
 pub(crate) fn parse(text: &str, file: u32, texts: &Texts, report: &mut Report) -> Tree {
     let mut tree = parser::parse_source(text, file, Some(texts), report);
     tree.is_tia = true;

@@ -7,7 +7,6 @@ use crate::front::parser::{Failed, Parsed, Parser};
 use crate::front::syntax::{Attribute, SourceBlock, Statement, TypeKind, attribute, key};
 use crate::ladder::{Network, Owner, comments, lint, lower, network_title};
 
-/// The language of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Language {
     Scl,
@@ -16,7 +15,6 @@ enum Language {
 }
 
 impl Parser<'_> {
-    /// Reads all networks of a block.
     pub(crate) fn networks(&mut self, block: &SourceBlock) -> Vec<Statement> {
         let (owner, variables) = (Owner::new(block), variables(block));
         let mut statements = Vec::new();

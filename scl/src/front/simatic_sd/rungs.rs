@@ -35,7 +35,7 @@ pub(crate) enum From {
     Nothing { is_rail: bool },
     /// `wire#w1`.
     Wire(Name),
-    /// An operand.
+    /// The value of an operand.
     Operand(ExpressionId),
 }
 
@@ -46,7 +46,6 @@ pub(crate) enum Step {
     Wire(Name),
     /// `NOT` before an element.
     Not(Span),
-    /// An element.
     Element(Element),
 }
 
@@ -55,11 +54,9 @@ pub(crate) enum Step {
 pub(crate) struct Element {
     /// `Contact`, `#timer.TON`, `"Block"`.
     pub callee: ExpressionId,
-    /// Its attributes.
     pub attributes: Vec<Attribute>,
     /// The expression that it calculates, from its attribute S7_EXPRESSION.
     pub equation: Option<ExpressionId>,
-    /// Its pins.
     pub pins: Vec<Pin>,
     /// The span of the whole element.
     pub span: Span,
@@ -72,9 +69,7 @@ pub(crate) struct Pin {
     pub name: Option<Name>,
     /// Whether it is connected with `=>`.
     pub is_output: bool,
-    /// The connection.
     pub value: Connection,
-    /// Its location.
     pub span: Span,
 }
 

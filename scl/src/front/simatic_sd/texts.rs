@@ -23,7 +23,6 @@ pub(crate) struct Entry<'a> {
     pub id: Cow<'a, str>,
     /// Its language: `en-US`.
     pub language: Cow<'a, str>,
-    /// The text.
     pub text: Cow<'a, str>,
 }
 

@@ -24,7 +24,6 @@ const START_OF_CLOCK: i64 = 10_957 * DAY;
 enum Moment {
     /// DTL, a structure with a date and a time of day.
     Dtl,
-    /// An elementary type.
     Of(Elementary),
 }
 
@@ -96,7 +95,7 @@ impl Lowerer<'_, '_> {
         Some(Operand::Value(of, convert(value, Scalar::I64, of.scalar(), Convert::Value, at)))
     }
 
-    /// A moment plus or minus a duration, or the duration between two moments; `None` if neither operand is a moment.
+    /// A moment plus or minus a duration, or the duration between two moments; `None` for any other operands.
     pub(crate) fn moments(
         &mut self,
         operator: syntax::Binary,

@@ -332,7 +332,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Calls a library function.
+    /// Calls a library function by name, with all its arguments.
     pub(super) fn of_library(&mut self, name: &str, passed: Vec<ir::Argument>, span: Span) -> Option<Operand> {
         let block = self.compiler.system_block(name)?;
         Some(self.text_call(block, passed, span))
