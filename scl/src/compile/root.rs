@@ -252,8 +252,8 @@ impl Compiler<'_> {
         }
     }
 
-    /// The default entry points: the only cyclic organization block, or all cyclic ones with Main last. If there is none,
-    /// the only event-driven one; without organization blocks, the only function block that no other block calls.
+    /// The default entry points: the only cyclic organization block, or all cyclic ones with Main last. If there is
+    /// none, the only event-driven one; without organization blocks, the only function block that no other block calls.
     fn targets(&mut self) -> Option<Vec<Target>> {
         let all: Vec<usize> = self.organization_blocks().filter(|block| !self.is_startup(*block)).collect();
         let (mut cyclic, events): (Vec<usize>, Vec<usize>) =
