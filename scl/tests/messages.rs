@@ -310,18 +310,21 @@ fn blocks_that_cannot_be_are_refused() {
 fn what_may_surprise_is_told() {
     warned(
         "#d := #i * 1000;",
-        "this is computed in INT and wraps before it is converted to DINT; convert an operand first",
+        "this is computed in INT and may overflow before it is converted to DINT; convert an operand first",
     );
     warned("#r := #i / 2;", "integer division: the fraction is lost before the result becomes REAL");
-    warned("#r := #i * 0.1;", "LREAL becomes REAL: it is rounded");
+    warned("#r := #i * 0.1;", "LREAL is converted to REAL: the value is rounded");
     warned(
         "#i := INT#1 + 50000;",
         "50000 does not fit in INT: it becomes -15536; give the constant a type, such as DINT#50000",
     );
-    warned("#i := #d;", "DINT becomes INT: its high bits are cut off");
-    warned("#u := #i;", "INT becomes UINT: a negative number becomes a large one");
-    warned("#i := #r;", "REAL becomes INT: it is rounded, and its high bits are cut off if it does not fit");
-    warned("#r := #dw;", "DWORD becomes REAL: its value is converted, not its bits");
+    warned("#i := #d;", "DINT is converted to INT: the high bits are lost");
+    warned("#u := #i;", "INT is converted to UINT: a negative number becomes a large one");
+    warned(
+        "#i := #r;",
+        "REAL is converted to INT: the value is rounded, and its high bits are lost if it does not fit",
+    );
+    warned("#r := #dw;", "DWORD is converted to REAL: the value is converted, not the bit pattern");
     warned("#flag := #r = 0.1;", "REAL values are compared for equality; rounding may keep them from being equal");
     warned("#flag := #r < #l;", "REAL is compared with LREAL");
     warned("#i := #temp;", "the temporary temp may be read before it is written; if so, it is 0");
@@ -342,7 +345,7 @@ fn what_may_surprise_is_told() {
         "FOR #i := 1 TO 32767 DO ; END_FOR;",
         "the loop counts to the limit of INT: it ends in the FMU, but perhaps not on a CPU",
     );
-    warned("#i := LIMIT_REAL(MN := 0.0, IN := #r, MX := 5);", "REAL becomes INT: it is rounded");
+    warned("#i := LIMIT_REAL(MN := 0.0, IN := #r, MX := 5);", "REAL is converted to INT: the value is rounded");
     warned("ABS(#i);", "the value of ABS is not used");
 }
 

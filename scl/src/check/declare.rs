@@ -41,7 +41,7 @@ impl Compiler<'_> {
                 };
                 let most = if *is_wide { 16382 } else { 254 };
                 if !(1..=most).contains(&capacity) {
-                    let message = format!("a string of {capacity} characters: the length must be 1 to {most}");
+                    let message = format!("{capacity} is not a valid string length: it must be 1 to {most}");
                     self.error(written.span, message, None);
                     return Type::Wrong;
                 }

@@ -166,10 +166,10 @@ impl Lowerer<'_, '_> {
             return zero(to);
         }
         if let Some(loss) = loss(from, to).filter(|_| !matches!(value, Expr::Const(_))) {
-            self.warn(span, format!("{} becomes {}: {loss}", from.name(), to.name()), None);
+            self.warn(span, format!("{} is converted to {}: {loss}", from.name(), to.name()), None);
         }
         if let (Expr::Const(constant), Real, Integer | Bits) = (&value, from.class(), to.class()) {
-            let message = format!("{constant} becomes {}: it is rounded", to.name());
+            let message = format!("{constant} is rounded when it is converted to {}", to.name());
             self.warn(span, message, None);
         }
         convert(value, from.scalar(), to.scalar(), Convert::Value, at)
@@ -231,14 +231,14 @@ fn of_time(elementary: Elementary) -> bool {
 fn loss(from: Elementary, to: Elementary) -> Option<&'static str> {
     use Class::{Bits, Integer, Real};
     match (from.class(), to.class()) {
-        (Real, Real) if from == Elementary::LReal => Some("it is rounded"),
-        (Real, Bits | Integer) => Some("it is rounded, and its high bits are cut off if it does not fit"),
-        (Bits, Real) if from.bits() >= 32 => Some("its value is converted, not its bits"),
+        (Real, Real) if from == Elementary::LReal => Some("the value is rounded"),
+        (Real, Bits | Integer) => Some("the value is rounded, and its high bits are lost if it does not fit"),
+        (Bits, Real) if from.bits() >= 32 => Some("the value is converted, not the bit pattern"),
         (Bits | Integer, Real) => {
             let digits = if to == Elementary::Real { 24 } else { 53 };
-            (from.bits() - u32::from(from.scalar().is_signed()) > digits).then_some("it is rounded")
+            (from.bits() - u32::from(from.scalar().is_signed()) > digits).then_some("the value is rounded")
         }
-        (Bits | Integer, Bits | Integer) if from.bits() > to.bits() => Some("its high bits are cut off"),
+        (Bits | Integer, Bits | Integer) if from.bits() > to.bits() => Some("the high bits are lost"),
         (Integer, Integer) if from.scalar().is_signed() && !to.scalar().is_signed() => {
             Some("a negative number becomes a large one")
         }

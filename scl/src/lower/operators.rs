@@ -347,7 +347,7 @@ impl Lowerer<'_, '_> {
         if let (Operand::Value(Elementary::Real, _), Operand::Value(Elementary::LReal, _))
         | (Operand::Value(Elementary::LReal, _), Operand::Value(Elementary::Real, _)) = (&left, &right)
         {
-            self.warn(span, "REAL is compared with LREAL: the REAL is widened", Some("convert one of them"));
+            self.warn(span, "REAL is compared with LREAL: the REAL is converted", Some("convert one of them"));
         }
         let is_constant =
             |operand: &Operand| !matches!(operand, Operand::Value(_, value) if !matches!(value, Expr::Const(_)));

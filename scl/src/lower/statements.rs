@@ -245,7 +245,7 @@ impl Lowerer<'_, '_> {
             let help = format!("convert an operand first: {}_TO_{}(...)", of.name(), to.name());
             self.warn(
                 span,
-                format!("this is computed in {} and wraps before it is converted to {}", of.name(), to.name()),
+                format!("this is computed in {} and may overflow before it is converted to {}", of.name(), to.name()),
                 Some(&help),
             );
         }

@@ -296,7 +296,7 @@ impl<'a> Declared<'a> {
             (Kind::Structure, _) => {
                 let (what, lines) = match self.node.members.len() {
                     // An empty STRUCT is invalid in SCL.
-                    0 => ("type with no used members".to_string(), format!("   reserved : {DEFAULT};\n")),
+                    0 => ("type whose members are not used".to_string(), format!("   reserved : {DEFAULT};\n")),
                     count => (format!("type with {}", counted(count, "member")), self.node.lines("   ")),
                 };
                 (what, format!("TYPE \"{name}\"\nSTRUCT\n{lines}END_STRUCT;\nEND_TYPE\n"))

@@ -98,7 +98,7 @@ impl Lowerer<'_, '_> {
         };
         if !of.is_whole() || !of_amount.is_whole() {
             let name = given.name;
-            return self.error(given.span, format!("{name} shifts bit strings and integers by an integer"), None);
+            return self.error(given.span, format!("{name} needs a bit string or integer IN and an integer N"), None);
         }
         let at = self.at(given.span);
         let amount = convert(amount, of_amount.scalar(), Scalar::U32, Convert::Value, at);
