@@ -5,7 +5,8 @@ use crate::front::lexer::Span;
 use crate::ir::{Argument, At, Base, Call, Expr, Place, Statement, Step, What};
 use std::collections::BTreeSet;
 
-/// Warns about each temporary of a block that some path reads before writing it. Its value is then 0.
+/// Warns about each temporary of a block that some path reads before writing it; its value is then 0. Blocks with jumps
+/// are not checked.
 pub(crate) fn unwritten(compiler: &mut Compiler, (file, _): BlockId, temps: &[(usize, String)], code: &[Statement]) {
     if temps.is_empty() || file == compiler.library_file() {
         return;

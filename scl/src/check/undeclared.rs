@@ -59,8 +59,8 @@ impl Missing {
 pub struct Uses {
     /// Its type as written in SCL, if the context determines it.
     pub of: Option<String>,
-    /// Whether the type is only the likeliest one, because 0 or 1 is written to the variable or it is compared with
-    /// another undeclared one.
+    /// Whether the type is only the likeliest one: 0 or 1 is written to the variable, or it is compared or computed
+    /// only with other undeclared ones.
     pub is_doubtful: bool,
     /// Whether it is written anywhere.
     pub is_written: bool,

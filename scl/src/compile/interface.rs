@@ -261,7 +261,7 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
 
 /// The global variables, except the instance being run. A tag with an address is an input, an output or, in bit memory,
 /// a local; a tag without one is an input if it is only read, else an output. A member of a data block is a parameter
-/// if it is only read, else a local. Members of instances are locals.
+/// if it is only read, else a local. Members of instances are locals, except the parameters of stubs.
 ///
 /// # Errors
 /// The program has more tags than an FMU may expose.

@@ -32,8 +32,8 @@ pub struct Compiled {
     pub program: Program,
     /// The CPU whose rules apply.
     pub cpu: Cpu,
-    /// The function to run every cycle, and the path of its instance in memory; `None` if the sources contain no block
-    /// that can be run.
+    /// The function to run every cycle, and the path of its instance in memory; `None` if no block can be run, or if
+    /// several can and none has been chosen.
     pub root: Option<Root>,
     /// The names of all blocks that can be run: organization blocks except startup, and function blocks that no other
     /// block calls.

@@ -63,7 +63,7 @@ enum Target {
 type Passed = (Vec<Argument>, Vec<(usize, Place)>);
 
 impl Compiler<'_> {
-    /// Selects the entry points; `None` on errors, or if several blocks could be run and none has been chosen.
+    /// Selects the entry points; `None` on errors, if no block can be run, or if several can and none has been chosen.
     pub fn root(&mut self) -> Option<Root> {
         if self.report.has_errors() {
             return None;

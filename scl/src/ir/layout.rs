@@ -4,7 +4,7 @@ use super::{Base, Function, Member, Place, Program, Record, Scalar, Step, Type};
 use crate::front::syntax::key;
 use blocks::{Block, EachBlock, Kind, Time, Value, Word, for_each_block};
 
-/// The next multiple of `align`, a power of 2.
+/// The smallest multiple of `align`, a power of 2, that is not below `offset`.
 pub fn align(offset: usize, align: usize) -> usize {
     offset.next_multiple_of(align.max(1))
 }

@@ -56,7 +56,7 @@ pub struct Docs {
     pub functions: BTreeMap<usize, String>,
     /// Functions of blocks not written in SCL: the budget does not count their statements.
     pub natives: BTreeSet<usize>,
-    /// For each function that is the law of a block, the function with that law's statements ([`Program::add_law`]).
+    /// For each native function with an added law, the function with the law's statements ([`Program::add_law`]).
     pub laws: BTreeMap<usize, usize>,
     /// Declarations of members, by record and member index.
     pub declared: BTreeMap<(usize, usize), Declared>,

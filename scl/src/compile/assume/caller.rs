@@ -21,8 +21,8 @@ struct Calls {
 
 impl Compiler<'_> {
     /// An organization block that calls, once per cycle, each block not called by any other, with a tag for each
-    /// parameter. `None` if the user has specified the blocks to call, or if the sources have a cyclic organization
-    /// block or exactly one function block that can be run.
+    /// parameter. `None` if the user has specified the blocks to call, or if the sources have an organization block
+    /// other than startup or exactly one function block that no other block calls.
     pub fn caller(&self) -> Option<Assumption> {
         let is_asked = self.options.block.is_none() && self.options.calls.is_empty();
         if !is_asked || self.organization_blocks().any(|block| !self.is_startup(block)) {

@@ -22,7 +22,7 @@ const DEFAULT: &str = "BOOL";
 /// The lowest upper bound assumed for an array with computed indices.
 const MOST_ELEMENTS: i32 = 99;
 
-/// Constants of unknown value get successive values above this number, which is large enough for an array bound.
+/// Constants of unknown value get increasing values above this number, which is large enough for an array bound.
 const FIRST_CONSTANT: usize = 100;
 
 /// An assumed declaration of one undeclared name.

@@ -39,7 +39,7 @@ pub(super) struct Written {
     text: String,
     /// The end of the last fragment.
     end: usize,
-    /// Whether a fragment did not fit.
+    /// Whether a fragment did not fit since the last check.
     is_full: bool,
 }
 
