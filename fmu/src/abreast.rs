@@ -7,7 +7,8 @@ use crate::instance::Instance;
 use crate::session::Session;
 
 impl<B: Cyclic> Instance<B> {
-    /// The block and the clock, if a step can be ordinary.
+    /// The block and the clock; `None` if no step can be ordinary, because the block is a program or because inputs are
+    /// extrapolated.
     pub fn ordinary_parts(&mut self) -> Option<(&mut B, &mut Clock)> {
         let Session { block, clock, extrapolations } = &mut self.session;
         (B::IS_SURE && extrapolations.is_empty()).then_some((block, clock))

@@ -31,54 +31,55 @@ use crate::messages;
 use crate::refusal::Refusal;
 use blocks::{Stored, Time};
 
-/// Two times that differ by less than this fraction of a CYCLE are the same.
+/// Two times that differ by less than this fraction of a CYCLE count as equal.
 pub(crate) const SAME: f64 = 1e-6;
 
 /// The maximum drift between the time of a host that adds up and the clock's, as a fraction of a CYCLE. Beyond it, the
 /// clock follows the host.
 pub(crate) const MOST_DRIFT: f64 = 0.25;
 
-/// The number of rounding errors of a double, beyond the accumulated ones, that may separate two times meant to be
-/// equal: in start, in tc, in their difference and in its conversion to milliseconds.
+/// The number of rounding errors of a double that may separate two times meant to be equal, not counting accumulated
+/// ones: one each in start, in tc, in their difference and in its conversion to milliseconds.
 pub(crate) const ROUNDINGS: f64 = 4.0;
 
 /// The resolution of a double at 1 s, in milliseconds.
 pub(crate) const RESOLUTION: f64 = f64::EPSILON * 1000.0;
 
-/// Equal times may differ by up to this fraction of a CYCLE; beyond it, calls could not be distinguished.
+/// The maximum tolerance for equal times, as a fraction of a CYCLE. Steps that would need more are refused, because
+/// their calls could not be distinguished.
 const MOST_SAME: f64 = 0.125;
 
 /// The maximum number of calls in a step; a day at 1 ms has 86 million.
 const MOST_CALLS: f64 = 4_294_967_296.0;
 
-/// The time of one block. Positions are milliseconds since the start.
+/// The clock of one block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clock {
     /// Start time in seconds.
     pub(crate) start: f64,
     /// Stop time in seconds; infinite if there is none.
     pub(crate) stop: f64,
-    /// Time between two calls: a whole number of milliseconds.
+    /// Time between two calls, in milliseconds: a whole number.
     pub(crate) cycle: f64,
     /// The reciprocal of `cycle`, so that a step needs no division.
     pub(crate) per_cycle: f64,
     /// `cycle` in seconds.
     pub(crate) period: f64,
-    /// Up to this time, in seconds, a step of one CYCLE can neither reach the stop time nor exceed the resolution of a
-    /// double.
+    /// A step of one CYCLE that begins before this time, in seconds, cannot reach the stop time, and its rounding
+    /// errors are small compared with a CYCLE.
     pub(crate) horizon: f64,
-    /// The relative rounding error, per 1000, up to which a time is still ordinary; below 0 if a step of one CYCLE has
-    /// a rounding error itself.
+    /// The tolerance for communication points that the host recomputes, in milliseconds per second of their distance
+    /// from 0; negative if `period`, converted back to milliseconds, is not exactly `cycle`.
     pub(crate) rounding: f64,
     /// Below this tick, every step of one CYCLE that starts at the end of the last one is ordinary.
     pub(crate) ordinary_below: i64,
     /// The number k of the next call.
     pub(crate) next: i64,
-    /// The current time is `tick * cycle + offset`.
+    /// The current time, in milliseconds since the start, is `tick * cycle + offset`.
     pub(crate) tick: i64,
     pub(crate) offset: f64,
-    /// The end of the last step in seconds, as the host passed it; the furthest end if the last step began slightly
-    /// before it.
+    /// The end of the last step in seconds, in the host's time. Never decreases, even if a step begins and ends
+    /// slightly early.
     pub(crate) end: f64,
     /// The sum of all steps since the start, in seconds, as a host would add them up.
     pub(crate) since: f64,
@@ -151,7 +152,7 @@ impl Clock {
         SAME * self.cycle + ROUNDINGS * RESOLUTION * self.end.abs().max(self.start.abs())
     }
 
-    /// Counts a due call as made. Returns whether one was due.
+    /// If a call is due, counts it as made. Returns whether one was due.
     ///
     /// # Errors
     /// The current time is so far from 0 that calls cannot be distinguished.
@@ -171,8 +172,9 @@ impl Clock {
     /// the clock does not advance.
     ///
     /// # Errors
-    /// `tc` or `h` is not a valid time; `tc` is before the end of the last step, or `tc + h` after the stop time, by
-    /// more than rounding. The clock does not advance.
+    /// `tc` or `h` is not finite, or `h` is negative; by more than rounding, `tc` is before the end of the last step or
+    /// `tc + h` is after the stop time; `tc` is so far from 0 that calls cannot be distinguished; or the step contains
+    /// too many calls. In these cases, the clock does not advance.
     pub fn advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
         if self.check_and_make_ordinary_step(tc, h) {
             return Ok(Calls { count: 1, lead: 0.0 });
@@ -289,8 +291,8 @@ impl Stored for Clock {
 }
 
 impl Clock {
-    /// Whether a sequence of steps can lead to this state. No other state may be restored: it could demand an endless
-    /// number of calls.
+    /// Whether all values are in the ranges that steps can produce. No other state may be restored: it could demand an
+    /// endless number of calls.
     fn is_possible(&self) -> bool {
         const LAST_TICK: i64 = 1 << 53;
         (0.0..=f64::from(i32::MAX)).contains(&self.cycle)

@@ -16,12 +16,12 @@ use std::{mem, ptr};
 /// The address of a saved instance. It is only compared, never dereferenced.
 pub type StateAddress = *mut c_void;
 
-/// The initial state of a new instance.
+/// The FMU from which instances are created: its identifier and its start values.
 pub struct Origin<B: Cyclic> {
     /// The hash from which the identifier passed by the host is derived. Two FMUs have the same hash only if they have
     /// the same start values.
     pub hash: u128,
-    /// The form of the identifier; see [`Identity`].
+    /// The form of the identifier, as an index into [`Identity::forms`].
     pub form: usize,
     /// The block with its start values.
     pub start: B::StartValues,
@@ -32,8 +32,7 @@ pub trait Library: 'static {
     /// The block that an instance calls.
     type Block: Cyclic;
 
-    /// The initial state of instances of the FMU with this identifier. `resources` is the URI or path of its resources
-    /// folder.
+    /// Finds the FMU that has this identifier. `resources` is the URI or path of its resources folder.
     ///
     /// # Errors
     /// The identifier is missing or belongs to another FMU, or a resource is missing or damaged.
@@ -64,7 +63,7 @@ pub struct Component<B: Cyclic> {
     pub logged: Selection,
     /// Advice on the current, successful call; logged at its end.
     pub advice: Vec<String>,
-    /// The texts that the last call returned: the host copies them before its next call.
+    /// The strings last returned to the host, which must copy them before its next call.
     pub texts: Vec<CString>,
     is_step_advised: bool,
     is_conversion_advised: bool,
@@ -74,12 +73,12 @@ pub struct Component<B: Cyclic> {
 }
 
 impl<B: Cyclic> Component<B> {
-    /// A new component with logging on or off. Errors are always logged.
+    /// A new component that makes calls within steps. With logging off, it initially logs errors only.
     pub fn new(origin: Origin<B>, logging_on: bool) -> Component<B> {
         Component::with_events(origin, logging_on, None)
     }
 
-    /// A new component in which calls are events or are made within steps.
+    /// Like [`Component::new`], but if `events` is given, calls are events.
     pub fn with_events(origin: Origin<B>, logging_on: bool, events: Option<Events>) -> Component<B> {
         Component {
             instance: origin.instance().with(events),
@@ -97,7 +96,7 @@ impl<B: Cyclic> Component<B> {
     /// selections.
     ///
     /// # Errors
-    /// A category that is NULL or unknown.
+    /// A category is NULL or unknown.
     pub fn set_debug_logging<'a>(
         &mut self,
         logging_on: bool,
@@ -152,7 +151,8 @@ impl<B: Cyclic> Component<B> {
         }
     }
 
-    /// Makes the call that is due in Event Mode and returns the time of the next one.
+    /// Makes the call that is due in Event Mode, if any, and returns the time of the next one in seconds; `None` if
+    /// calls are not events.
     ///
     /// # Errors
     /// As [`Instance::update_discrete_states`].
@@ -162,14 +162,14 @@ impl<B: Cyclic> Component<B> {
         next
     }
 
-    /// Takes the warnings about calls.
+    /// Takes the program's warnings as advice, if advice is logged.
     fn take_warnings(&mut self) {
         if !B::IS_SURE && self.logged.contains(&Category::ADVICE) {
             self.advice = self.instance.take_warnings();
         }
     }
 
-    /// The form in which the host passed the identifier.
+    /// The form in which the host passed the identifier, as an index into [`Identity::forms`].
     pub fn form(&self) -> usize {
         self.origin.form
     }
@@ -184,7 +184,7 @@ impl<B: Cyclic> Component<B> {
         mem::take(&mut self.saved)
     }
 
-    /// Saves the instance in the host's state or, if that is NULL, in a new one.
+    /// Saves the instance in the host's existing state or, if `state` is NULL, in a new one.
     ///
     /// # Errors
     /// The state was not saved by this component, or has been freed.
@@ -239,7 +239,7 @@ impl<B: Cyclic> Component<B> {
         Ok(())
     }
 
-    /// Deserializes a saved state into the host's state or, if that is NULL, into a new one.
+    /// Deserializes a saved state into the host's existing state or, if `state` is NULL, into a new one.
     ///
     /// # Errors
     /// As [`Component::get_state`]; [`Instance::from_bytes`] rejects the bytes.

@@ -21,7 +21,7 @@ macro_rules! cyclic {
         ///
         /// A clone is a saved state.
         pub trait Cyclic: Clone + Send + 'static {
-            /// Whether every call completes. A block's does; a program may stop.
+            /// Whether every call is certain to complete: true for a block, but not for a program, which may stop.
             const IS_SURE: bool = true;
 
             /// Whether the table has a `mean` row. A program's has none.
@@ -44,8 +44,8 @@ macro_rules! cyclic {
             fn layout(&self) -> Option<&Layout> {
                 None
             }
-            /// The reason why the program has stopped, unless [`Cyclic::IS_SURE`]: calls then do nothing until the next
-            /// restart.
+            /// The reason why the program has stopped; `None` if it has not. After a stop, calls do nothing until the
+            /// next restart.
             fn stopped(&self) -> Option<&str> {
                 None
             }
@@ -61,7 +61,8 @@ macro_rules! cyclic {
             fn set_text(&mut self, _number: usize, _units: &[u16]) {}
             /// Appends all values and the internal memory to `bytes`.
             fn store(&self, bytes: &mut Vec<u8>);
-            /// The object that [`Cyclic::store`] wrote; `None` if `bytes` does not contain one.
+            /// Restores the object that [`Cyclic::store`] wrote and removes it from the front of `bytes`; `None` if
+            /// `bytes` does not begin with one.
             fn restored(&self, bytes: &mut &[u8]) -> Option<Self>;
             $( $(#[$doc])* fn $name($($receiver)+, $($argument: $type),*) $(-> $result)?; )*
         }

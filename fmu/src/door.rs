@@ -11,9 +11,9 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::thread;
 
-/// The receiver of messages.
+/// The host as the receiver of log messages.
 pub trait Host {
-    /// Logs a message from a function that succeeded or was refused.
+    /// Logs a message about a function whose result is `answer`.
     fn tell(&self, function: &Function, answer: Result<(), Answer>, category: &Category, message: &str);
 
     /// Logs why a call was refused.
@@ -29,8 +29,8 @@ pub struct Door<B: Cyclic, H> {
 }
 
 impl<B: Cyclic, H: Host> Door<B, H> {
-    /// A door to the component that `component` creates. If that refuses or panics, the message is always logged,
-    /// regardless of the host's log settings: without an instance, there is no other way to report the error.
+    /// A door to the component that `component` creates. If that refuses or panics, the reason is logged regardless of
+    /// the host's log settings: without an instance, there is no other way to report the error.
     pub fn new(
         host: H,
         function: &Function,
@@ -45,7 +45,8 @@ impl<B: Cyclic, H: Host> Door<B, H> {
         }
     }
 
-    /// Every function on a component enters here.
+    /// Runs a function on the component if its state allows that, and catches panics. Every function on a component is
+    /// run by this one.
     #[inline(always)]
     pub fn enter(
         &mut self,
@@ -62,7 +63,7 @@ impl<B: Cyclic, H: Host> Door<B, H> {
         }
     }
 
-    /// Drops the component, even if parts of it panic.
+    /// Drops the component, even if dropping a part of it panics.
     pub fn close(mut self: Box<Self>) {
         // One by one: a panic while another unwinds would end the process.
         self.component.take_saved().into_iter().for_each(discard);
@@ -110,7 +111,7 @@ fn discard<T>(value: T) {
     if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value)))
         && let Err(another) = catch_unwind(AssertUnwindSafe(|| drop(panic)))
     {
-        // A payload that itself panics when dropped is leaked.
+        // The payload panicked when it was dropped. The payload of that panic is leaked.
         std::mem::forget(another);
     }
 }

@@ -1,4 +1,4 @@
-//! Values as a host passes them: the properties of each of its types in a version of the standard.
+//! The types in which a host passes values, depending on the version of the standard.
 
 use crate::cyclic::Cyclic;
 use crate::ordinary;
@@ -6,22 +6,22 @@ use blocks::{Kind, Row, TableText, Value};
 
 /// The names used by a version of the standard.
 pub trait Version {
-    /// Its number as in modelDescription.xml.
+    /// The version number as in modelDescription.xml.
     const NUMBER: &'static str;
 
     /// The common prefix of its function names.
     const PREFIX: &'static str;
 
-    /// Its name for the type of a row's values, as used in the name of the setter.
+    /// The name of the type in which a host accesses a row, as used in the name of the setter.
     fn name_of<S: TableText>(row: &Row<S>) -> &'static str;
 }
 
-/// A type of values as passed by C in a version of the standard.
+/// A C type in which a version of the standard passes values.
 pub trait HostType<V: Version>: Copy {
-    /// Whether this type holds PLC values of this kind.
+    /// Whether a host passes PLC values of this kind as this type.
     fn holds(kind: Kind) -> bool;
 
-    /// Whether this type holds the values of a row.
+    /// Whether a host passes the values of this row as this type.
     #[inline(always)]
     fn is_of<S: TableText>(row: &Row<S>) -> bool {
         Self::holds(row.kind)

@@ -23,10 +23,10 @@ pub struct Instance<B> {
     events: Option<Events>,
 }
 
-/// Calls are events, which the host handles between steps.
+/// The settings for calls as events, which the host handles between steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Events {
-    /// Whether a step may end at a call.
+    /// Whether a step may end early, at a call.
     pub may_return_early: bool,
 }
 
@@ -97,7 +97,8 @@ impl<B: Cyclic> Instance<B> {
         Ok(())
     }
 
-    /// Restarts the block with the values that have been set. The first cyclic call is at the start time.
+    /// Exits Initialization Mode: restarts the block with the values that have been set. The first cyclic call is at
+    /// the start time.
     ///
     /// # Errors
     /// CYCLE is below 1 ms, or the block rejects its settings.
@@ -125,8 +126,8 @@ impl<B: Cyclic> Instance<B> {
         self.state = State::StepComplete;
     }
 
-    /// Makes the call that is due at this instant, if it has not been made yet. Returns the time of the next call in
-    /// seconds, if calls are events.
+    /// Makes the call that is due at this instant, if it has not been made yet, and returns the time of the next call
+    /// in seconds. If calls are not events, makes none and returns `None`.
     ///
     /// # Errors
     /// The program stops, or the time is so far from 0 that calls cannot be distinguished.
@@ -172,25 +173,26 @@ impl<B: Cyclic> Instance<B> {
         }
     }
 
-    /// The end of the last step in seconds; the furthest end if the last step began slightly before it.
+    /// The end of the last step in seconds. Never decreases, even if a step begins and ends slightly early.
     pub fn last_successful_time(&self) -> f64 {
         self.session.end()
     }
 
-    /// Reads variables in the ordinary case; see [`ordinary`](crate::ordinary). Never in Initialization Mode, where
-    /// outputs come from a restarted copy of the block.
+    /// Reads variables in the ordinary case (see [`ordinary`](crate::ordinary)) and returns whether it did.
+    /// Initialization Mode is not ordinary: there, outputs are read from a restarted copy of the block.
     #[inline(always)]
     pub fn get_ordinary<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> bool {
         self.state != State::InitializationMode && T::get_ordinary(&self.session.block, references, values)
     }
 
-    /// Writes variables in the ordinary case.
+    /// Writes variables in the ordinary case and returns whether it did.
     #[inline(always)]
     pub fn set_ordinary<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> bool {
         T::set_ordinary(&mut self.session.block, references, values)
     }
 
-    /// Makes a step in the ordinary case: from one call to the next, whether calls are events or not.
+    /// Makes a step in the ordinary case: from one call to the next, whether calls are events or not. In every other
+    /// case, returns `None` and changes nothing.
     #[inline(always)]
     pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> Option<Reached> {
         let is_event = self.handled().is_some();
@@ -297,8 +299,8 @@ impl<B: Cyclic> Instance<B> {
         Ok(())
     }
 
-    /// Makes a step from `tc` to `tc + h`, in seconds, with every call in it, or a step to the next call that is an
-    /// event.
+    /// Makes a step from `tc` to `tc + h`, in seconds, with every call in it. If calls are events and steps may end
+    /// early, it ends at the next call.
     ///
     /// # Errors
     /// The clock rejects a time, or an extrapolated input may leave its range; in these cases, no call is made. Or the
@@ -328,7 +330,8 @@ impl<B: Cyclic> Instance<B> {
         self.session.block.take_warnings()
     }
 
-    /// The instance as bytes: magic and version, fingerprint of the FMU, length, content, checksum; little endian.
+    /// The instance as bytes: magic and version, fingerprint of the FMU, length, content, checksum. All numbers are
+    /// little endian, except the fingerprint.
     pub fn to_bytes(&self, fingerprint: u128) -> Vec<u8> {
         let mut content = Vec::new();
         (self.state as u8).write(&mut content);
@@ -347,8 +350,8 @@ impl<B: Cyclic> Instance<B> {
         bytes
     }
 
-    /// Restores the instance, with a block like this one, that [`Instance::to_bytes`] serialized in this or another
-    /// process, for an FMU with this fingerprint.
+    /// Restores an instance of the FMU with this fingerprint that [`Instance::to_bytes`] serialized in this or another
+    /// process. `block` is any block with the FMU's table.
     ///
     /// # Errors
     /// The bytes are not a serialized state, belong to another FMU, or are damaged.

@@ -23,7 +23,7 @@ impl Category {
         bit: 1,
     };
 
-    /// Queries without an answer.
+    /// Queries that the FMU cannot answer.
     pub const STATUS_DISCARD: Category = Category {
         name: c"logStatusDiscard",
         description: "Queries that this FMU cannot answer, with the reason",
@@ -37,7 +37,7 @@ impl Category {
         bit: 4,
     };
 
-    /// Calls that are allowed but may be unintended.
+    /// Settings, steps and conversions that are allowed but may be unintended.
     pub const ADVICE: Category = Category {
         name: c"logAdvice",
         description: "Settings that are allowed but may have unexpected effects",
@@ -97,7 +97,7 @@ impl Selection {
     }
 }
 
-/// The text of a message, substituted for the `%s` in the format.
+/// The text of a log message: the function's name and the message, escaped as the standard requires.
 pub fn text(function: &Function, message: &str) -> CString {
     // A NUL would end the text early; `#` would start a reference to a variable.
     let text = format!("{}: {message}", function.name).replace('\0', "").replace('#', "##");

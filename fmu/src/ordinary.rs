@@ -21,10 +21,10 @@ use crate::session::Session;
 use blocks::table::number;
 use blocks::{Kind, Real, Role, Table, Value};
 
-/// The number of steps that one check covers.
+/// After one check, this many further steps of one CYCLE need no check.
 const ORDINARY_STEPS: i64 = 1000;
 
-/// A number that a host passes to a REAL.
+/// A type in which a host passes a value for a REAL.
 pub trait Number: Copy {
     /// Whether the number rounds to a finite REAL.
     fn is_real(self) -> bool;
@@ -258,7 +258,7 @@ pub fn get_values<V: Version, B: Cyclic, T: HostType<V>>(block: &B, references: 
         block.get(row)
     }
     if let ([reference], [value]) = (references, &mut *values) {
-        // A WORD value does not show whether the variable has this type.
+        // Two host types can hold a WORD; the row determines which one does.
         let is_of = |value: &Value| {
             value.kind() != Kind::Word || block.table().rows.get(*reference as usize).is_some_and(T::is_of)
         };
@@ -316,8 +316,8 @@ impl Clock {
         is_ordinary
     }
 
-    /// Advances from `tc` to `tc + h` if that is known to be an ordinary step, which contains one call. Returns whether
-    /// it is.
+    /// Advances from `tc` to `tc + h` if an earlier check has shown that this is an ordinary step, which contains one
+    /// call. Returns whether it has.
     #[inline(always)]
     pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
         // Comparing bits is faster than comparing numbers. If 0 meets -0, `advance` makes the step.
@@ -342,7 +342,7 @@ impl Clock {
     /// Advances from a tick whose call has been made to the next tick. Returns whether `tc` and `h` match that step.
     #[inline]
     pub fn make_step_between_calls(&mut self, tc: f64, h: f64) -> bool {
-        // The rounding is below 0 if a step of one CYCLE has a rounding error itself, which `advance` accounts for.
+        // `rounding` is negative if `period` has a rounding error, which only `advance` accounts for.
         let is_ordinary = self.next == self.tick + 1 && self.rounding >= 0.0 && self.is_from_tick_to_tick(tc, h);
         if is_ordinary {
             self.advance_by_a_tick(tc, h);

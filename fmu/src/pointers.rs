@@ -3,7 +3,7 @@
 //! what the host must guarantee and what is detected.
 
 #![allow(unsafe_code)]
-// The contract above is the safety section of every function here.
+// The contract in the `ffi` modules is the safety section of every function here.
 #![allow(clippy::missing_safety_doc)]
 
 use crate::component::{Component, Library};
@@ -40,7 +40,7 @@ unsafe fn door<'a, L: Library, H: Host>(instance: *mut c_void) -> Option<&'a mut
     unsafe { instance.cast::<Door<L::Block, H>>().as_mut() }
 }
 
-/// Every function on an instance enters here.
+/// Runs a function on an instance through its door and returns its status; an error if the instance is NULL.
 #[inline(always)]
 pub(crate) unsafe fn enter<L: Library, H: Host>(
     instance: *mut c_void,
@@ -59,7 +59,7 @@ pub(crate) unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &str) 
     Ok(unsafe { slice::from_raw_parts(pointer, length) })
 }
 
-/// The same, for writing.
+/// Like [`array`], but writable.
 #[inline(always)]
 pub(crate) unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &str) -> Result<&'a mut [T], Refusal> {
     let pointer = elements(pointer, length, name)?;
@@ -76,7 +76,7 @@ fn elements<T>(pointer: *mut T, length: usize, name: &str) -> Result<*mut T, Ref
     Ok(pointer)
 }
 
-/// Rejects an array unless it has no elements.
+/// Accepts NULL for an array without elements. Otherwise, rejects the array because it is NULL or too long.
 #[cold]
 fn no_array(is_null: bool, length: usize, name: &str) -> Result<(), Refusal> {
     match is_null {
@@ -101,7 +101,7 @@ pub(crate) unsafe fn text<'a>(pointer: *const c_char) -> Option<&'a CStr> {
     (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) })
 }
 
-/// Reads texts. The component owns them until its next call.
+/// Reads texts. The component owns the strings, which remain valid until its next call.
 pub(crate) unsafe fn get_strings<V: Version, B: Cyclic>(
     component: &mut Component<B>,
     references: *const u32,

@@ -2,8 +2,8 @@
 //!
 //! The start values are in `resources/start.txt`, and the preset's GUID is the fingerprint of that file. The GUID
 //! passed by the host thus lets the library check that it has the values declared in modelDescription.xml; with its own
-//! GUID, it reads no file. The file contains the identifier of the FMU from which the preset was created, which
-//! determines the form of the identifier.
+//! GUID, it reads no file. The file contains the identifier of the FMU from which the preset was created; the preset's
+//! identifier has the same form.
 
 use crate::messages;
 use crate::refusal::Refusal;
@@ -59,12 +59,13 @@ impl Identity<'_> {
     /// A single form: the hash itself.
     pub const GUID: &'static [Form] = &[Form::Guid];
 
-    /// The form of this hash that the host passed: its number, and the value derived from the hash.
+    /// The form in which the host passed this hash: its index in `forms`, and the value derived from the hash. `None`
+    /// if the host passed another identifier.
     pub fn form(&self, hash: u128) -> Option<(usize, u128)> {
         self.find(hash, |form| fingerprint::text(form.derive(hash)))
     }
 
-    /// The form of a block's own hash that the host passed. Compares texts computed at compile time: computing one
+    /// Like [`Identity::form`], for a block's own hash. Compares with strings computed at compile time: computing one
     /// takes longer than the rest of an instantiation.
     pub fn own_form<B: Block>(&self) -> Option<(usize, u128)> {
         self.find(Fingerprint::<B>::HASH, Guid::<B>::text)
@@ -93,7 +94,7 @@ impl Identity<'_> {
 pub struct Preset<B> {
     /// The fingerprint of the start values, from which the identifier is derived.
     pub hash: u128,
-    /// The number of the form of the original FMU.
+    /// The form of the identifier, as an index into [`Identity::forms`].
     pub form: usize,
     /// The block with these values.
     pub block: B,
@@ -114,10 +115,11 @@ impl<B: Block> Preset<B> {
     }
 }
 
-/// The start values of a preset: the number of its form, the hash for its identifier, and the values by row.
+/// The start values of a preset: the index of its form, the hash for its identifier, and the values by row.
 pub type Settings = (usize, u128, Vec<(usize, Value)>);
 
-/// The start values of the preset with this identifier, by row of a table. `own` is the hash of the original FMU.
+/// Reads the start values of the preset with this identifier. `table` is the block's table, and `own` is the hash of
+/// the original FMU.
 ///
 /// # Errors
 /// The start values are missing, damaged, or belong to another preset or library.

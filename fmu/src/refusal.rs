@@ -27,7 +27,7 @@ impl Refusal {
         self.0.0
     }
 
-    /// The reason: the problem, the value, and the remedy.
+    /// The reason: the problem and the value, and the remedy if it is not obvious.
     pub fn reason(&self) -> &str {
         &self.0.1
     }

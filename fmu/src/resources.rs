@@ -1,8 +1,9 @@
 //! The FMU's `resources` folder: from the URI passed by a host to the folders it may refer to.
 //!
 //! Hosts write the URI of a folder in many ways: `file:///x`, `file:/x`, `file://localhost/x`, `file:////x`, with or
-//! without percent escapes, with backslashes, with a trailing slash, or as a plain path. If a string may refer to two
-//! folders, both are tried: the file's content proves which one is right.
+//! without percent escapes, with backslashes, with a trailing slash, or as a plain path. If a string may refer to
+//! several folders, the first that contains the file is used; the identifier of the file's content shows whether it is
+//! the right one.
 
 use crate::preset::Argument;
 use std::fs::{self, File};
@@ -94,7 +95,7 @@ fn folders(location: &[u8], style: Style) -> Vec<Vec<u8>> {
     let written = if style == Style::Windows { vec![slashed] } else { vec![rest.to_vec(), slashed] };
     for text in &written {
         let decoded = decoded(text);
-        // As defined by the standard; from a host that does not encode; from one that encodes twice.
+        // Decoded, as the standard requires; unchanged, for hosts that do not encode; for hosts that encode twice.
         for text in [&decoded, text, &self::decoded(&decoded)] {
             add(local_path(text, style));
         }
@@ -108,7 +109,7 @@ fn without_scheme(location: &[u8]) -> Option<&[u8]> {
     scheme.eq_ignore_ascii_case(b"file:").then_some(rest)
 }
 
-/// Whether it begins with a URI scheme. A single letter before the colon is a drive.
+/// Whether the location begins with a URI scheme. A single letter before the colon is a drive.
 fn has_scheme(location: &[u8]) -> bool {
     let length = location.iter().take_while(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(byte)).count();
     length > 1 && location.get(length) == Some(&b':')

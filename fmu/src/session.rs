@@ -75,7 +75,7 @@ impl<B: Cyclic> Session<B> {
         })
     }
 
-    /// The end of the last step in seconds; the furthest end if the last step began slightly before it.
+    /// The end of the last step in seconds. Never decreases, even if a step begins and ends slightly early.
     pub fn end(&self) -> f64 {
         self.clock.end()
     }
@@ -91,7 +91,7 @@ impl<B: Cyclic> Session<B> {
         for input in &mut self.extrapolations {
             let row = &self.block.table().rows[input.row as usize];
             input.value = self.block.get(input.row as usize).map(number).unwrap_or_default();
-            // The largest magnitude that the value can reach within the step. If that is in range, every value is.
+            // An upper bound of the value's magnitude within the step. If the bound is in range, every value is.
             let last = (calls.lead + calls.count as f64 * cycle).max(0.0);
             let bound =
                 Extrapolation { value: input.value.abs(), derivatives: input.derivatives.map(f64::abs), row: 0 };
@@ -216,8 +216,8 @@ impl<B: Cyclic> Session<B> {
         self.block.store(bytes);
     }
 
-    /// Restores the session, with a block like this one, that [`Session::store`] wrote; `None` if `bytes` does not
-    /// contain one.
+    /// Restores the session that [`Session::store`] wrote; `None` if `bytes` does not begin with one. `block` is any
+    /// block with the same table.
     pub fn restored(block: &B, bytes: &mut &[u8]) -> Option<Self> {
         let clock = Clock::read(bytes)?;
         let extrapolations = Vec::<Extrapolation>::read(bytes)?;
@@ -233,9 +233,9 @@ impl<B: Cyclic> Session<B> {
 pub struct Reached {
     /// The time in seconds.
     pub end: f64,
-    /// Whether that is before the requested end.
+    /// Whether this is before the requested end.
     pub is_early: bool,
-    /// Whether a call is due there.
+    /// Whether a call that the host must handle as an event is due at this time.
     pub is_event: bool,
 }
 

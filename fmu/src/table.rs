@@ -44,8 +44,8 @@ impl<B: Block> Guid<B> {
     };
 }
 
-/// The code from which a block's library is compiled: a hash of the sources of this crate, of `blocks`, and of the
-/// block's crate. Unlike the GUID, it changes with the law.
+/// Identifies the code from which a block's library is compiled: a hash of the sources of this crate, of `blocks`, and
+/// of the block's crate. Unlike the GUID, it changes with the law.
 pub struct Code<B>(PhantomData<B>);
 
 impl<B: Block> Code<B> {
@@ -56,7 +56,7 @@ impl<B: Block> Code<B> {
         _ => None,
     };
 
-    /// The hash in the form of a GUID; `None` if it is unknown for one of the crates. The file of a library built with
+    /// The hash in the form of a GUID; `None` if it is unknown for one of the crates. The library file built with
     /// [`export!`](crate::export) contains it.
     pub const TEXT: Option<&'static str> = match &Self::TEXT_BYTES {
         Some(bytes) => match std::str::from_utf8(bytes) {
@@ -84,7 +84,7 @@ const fn value_hash(state: u128, value: Option<Value>) -> u128 {
     }
 }
 
-/// Hashes the names of the three outer instances, which may be empty, and then the rest.
+/// Hashes the names of the outer instances, padded with empty ones to three, and then the variable's own name.
 const fn name_hash(mut state: u128, name: &str) -> u128 {
     let mut bytes = name.as_bytes();
     let mut instances = 0;
@@ -143,9 +143,10 @@ const fn table_hash(mut state: u128, table: &StaticTable) -> u128 {
     state
 }
 
-/// The table as a JSON object: name, documentation, the row numbers of the cycle and the mean, the variables in the
-/// order of the rows, and the response. Values are plain numbers: a TIME in seconds, TRUE as 1. A variable whose
-/// restart value depends on settings lists them in `from`.
+/// The table as a JSON object: name, aliases, documentation, the row numbers of the cycle and the mean, the variables
+/// in the order of the rows, the texts, the responses, the characteristics and the default unit of their drawings.
+/// Values are plain numbers: a TIME in seconds, TRUE as 1. A variable whose restart value depends on settings lists
+/// them in `from`.
 pub fn json<S: TableText>(table: &Table<S>) -> String {
     let mut json = String::new();
     let _ = write!(

@@ -10,7 +10,7 @@ use crate::state::State;
 use blocks::{Table, TableText, Text};
 use std::ffi::CStr;
 
-/// The standard's name for the type.
+/// The standard's name for the type of texts.
 pub const TYPE: &str = "String";
 
 /// The text with this value reference, and its index in the table.
@@ -20,7 +20,7 @@ pub fn text<S: TableText>(table: &Table<S>, reference: u32) -> Option<(usize, &T
 }
 
 impl<B: Cyclic> Instance<B> {
-    /// Reads texts; in Initialization Mode, see [`Instance::get`].
+    /// Reads texts. For Initialization Mode, see [`Instance::get`].
     ///
     /// # Errors
     /// A reference is unknown or does not refer to a text.
@@ -39,7 +39,7 @@ impl<B: Cyclic> Instance<B> {
         Ok(numbers.iter().map(read).collect())
     }
 
-    /// Writes texts in UTF-8, NULL being `None`. `values` is as long as `references`.
+    /// Writes texts passed as UTF-8; `None` means NULL. `values` is as long as `references`.
     ///
     /// # Errors
     /// A reference is unknown, is not a text, or cannot be set now; a value is NULL, is not UTF-8, is longer than the

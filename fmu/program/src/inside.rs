@@ -80,7 +80,7 @@ impl Loaded {
         }
     }
 
-    /// The function that a cycle runs, if there is exactly one.
+    /// The function that each cycle calls, if it is the only one.
     fn body(&self) -> Option<usize> {
         match &self.program.functions[self.cycle].body {
             Body::Code(code) => match code.as_slice() {
@@ -96,7 +96,8 @@ impl Loaded {
 }
 
 impl Program {
-    /// The same program, ready for [`Program::lines`]; each call then takes a little longer.
+    /// The same program, which then also records what [`Program::wires`], [`Program::lines`] and [`Program::temps`]
+    /// return; this makes each call a little slower.
     #[must_use]
     pub fn watched(mut self) -> Program {
         self.is_watched = true;
@@ -124,7 +125,7 @@ impl Program {
         self.loaded.notes.iter().filter_map(value).collect()
     }
 
-    /// The files and lines, sorted, of the statements in the user's sources that the last call executed.
+    /// The statements in the user's sources that the last call executed, as sorted pairs of file index and line number.
     pub fn lines(&self) -> Vec<(usize, u32)> {
         let is_own = |at: &At| at.line > 0 && usize::from(at.file) + 1 < self.loaded.program.files.len();
         let run = self.machine.coverage().filter(|(at, is_run)| *is_run && is_own(at));

@@ -60,7 +60,7 @@ pub struct Loaded {
     in_outs: Vec<usize>,
     /// The index of the function called once at the start.
     startup: Option<usize>,
-    /// The address of the block's own variable for the time between two calls.
+    /// The address of the block's own variable for the time between two calls, if it has one.
     own_cycle: Option<usize>,
     /// The name of the block, or of the first of several.
     block: String,
@@ -70,7 +70,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Compiles a program. A unit stated in a comment is entered in the table if it is known.
+    /// Compiles a program. A unit stated in a variable's comment is entered in the table if `is_unit` accepts it.
     ///
     /// # Errors
     /// The sources contain errors (all are returned, with file, line and column), or there is no block to run.
@@ -140,7 +140,8 @@ pub struct Program {
     cycle: i32,
     /// The number of calls since the restart.
     calls: u64,
-    /// The values set by the host for rows that the program also writes or that apply at the start.
+    /// One value per row, as bits. Used only for rows that the program also writes or that apply at the start: the
+    /// values set by the host.
     set: Vec<u64>,
     stopped: Option<String>,
     /// Whether to record which lines the last call executed.
@@ -160,7 +161,8 @@ impl Program {
         Program { machine, cycle, calls: 0, set, stopped: None, is_watched: false, loaded }
     }
 
-    /// Copies to the machine the values set for variables that the program also writes.
+    /// Copies to the machine the time between two calls and the host's values of variables that the program also
+    /// writes.
     fn give(&mut self) {
         for row in &self.loaded.in_outs {
             let place = self.loaded.places[*row];
@@ -171,7 +173,8 @@ impl Program {
         }
     }
 
-    /// Calls a function at a time in nanoseconds since the start. If it stops, no further calls are made.
+    /// Calls a function at a time in nanoseconds since the start. If the program stops in it, records the reason, and
+    /// no further calls are made until the next restart.
     fn run(&mut self, function: usize, now: i64) {
         if let Err(stop) = self.machine.call(function, now) {
             let seconds = now as f64 / 1e9;
@@ -236,7 +239,7 @@ impl Cyclic for Program {
         }
     }
 
-    // The machine's memory consists of bytes, so there are no numbers to refer to: values are set through `set`.
+    // The machine's memory consists of bytes, so there is no number to return a reference to; `set` writes values.
     fn real_mut(&mut self, _row: usize) -> Option<&mut Real> {
         None
     }

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// The extensions of source files.
 pub const SOURCES: [&str; 7] = ["scl", "udt", "db", "awl", "xml", "s7dcl", "s7res"];
 
-/// The extensions of tag tables. Not every file with one of them is a tag table.
+/// The extensions of tag tables. Not every file with such an extension is a tag table.
 pub const TABLES: [&str; 3] = ["xml", "xlsx", "sdf"];
 
 /// The name of the source that contains the stubs; it is not a file.
@@ -51,7 +51,7 @@ pub struct Parts {
     pub sources: Vec<Source>,
     /// The manifest as given, followed by the tags and constants that the tables declare.
     pub manifest: Manifest,
-    /// The tag tables, with their numbers of tags and constants.
+    /// The tag tables: the file, the number of tags and the number of constants.
     pub tables: Vec<(String, usize, usize)>,
 }
 

@@ -8,8 +8,8 @@ use fmu::sources::{self, Door, Of, Parts, TakesEffect};
 use std::sync::Arc;
 
 impl Loaded {
-    /// The program's FMU as one C file, for a version of FMI. `with_laws` adds the laws of the built-in blocks that the
-    /// program instantiates.
+    /// The program's FMU as the text of one C file, for the FMI version of `door`. `with_laws` adds the laws of the
+    /// built-in blocks that the program instantiates.
     ///
     /// # Errors
     /// A part of the program cannot be printed as C.

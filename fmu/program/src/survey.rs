@@ -1,4 +1,4 @@
-//! A summary, as a table, of the program in a project's files and of its missing parts.
+//! A table that summarizes the program in a project's files and lists its missing declarations.
 
 use crate::project::{self, Parts};
 use scl::{BlockKind, Survey};
@@ -16,7 +16,8 @@ const KINDS: [(BlockKind, &str, &str); 5] = [
     (BlockKind::Type, "type", "types"),
 ];
 
-/// The rows of the table: a label and a text. `rest` states where to find the names that a row leaves out.
+/// The rows of the table: a label and a text. `rest` follows the number of names that a row leaves out and states where
+/// to find them.
 pub fn rows(parts: &Parts, rest: &str) -> Vec<(&'static str, String)> {
     let Parts { sources, manifest, tables } = parts;
     let survey = scl::survey(sources, manifest);
@@ -44,7 +45,7 @@ pub fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-/// The blocks by source format; data blocks and types have their own rows.
+/// The numbers of blocks by source format; data blocks and types have their own rows.
 fn blocks(survey: &Survey, files: &[&str]) -> Vec<(&'static str, String)> {
     let mut forms: BTreeMap<&'static str, Vec<BlockKind>> = BTreeMap::new();
     for (kind, _, file) in &survey.blocks {
@@ -76,7 +77,7 @@ fn form(file: &str) -> &'static str {
     }
 }
 
-/// The missing declarations, one line per kind.
+/// The names of the missing declarations, one line per kind.
 fn missing(survey: &Survey, rest: &str) -> Vec<String> {
     let kinds: BTreeSet<&str> = survey.missing.iter().map(|(_, kind)| *kind).collect();
     let line = |kind: &str| {

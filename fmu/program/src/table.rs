@@ -8,7 +8,7 @@ use scl::ir::{Scalar, Type};
 use scl::{Compiled, Root};
 use std::collections::{HashMap, HashSet};
 
-/// The row's location in memory.
+/// A row's location in memory and the value it holds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RowMemory {
     pub ty: Scalar,
@@ -16,10 +16,10 @@ pub(crate) struct RowMemory {
     pub held: Held,
 }
 
-/// The text's location in memory.
+/// A text's location in memory.
 #[derive(Clone, Copy, Debug)]
 pub struct TextPlace {
-    /// Its offset, in bytes. It begins with its 16-bit length in characters, followed by the characters.
+    /// Its offset, in bytes. A 16-bit number of characters is followed by the characters.
     pub offset: usize,
     /// Its type; a character of a WSTRING has 16 bits, of a STRING 8.
     pub ty: TextType,
@@ -73,14 +73,14 @@ pub(crate) struct Shown {
     pub own_cycle: Option<usize>,
 }
 
-/// The value that a row holds.
+/// Which value a row holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Held {
     /// The program's value.
     Memory,
     /// The host's value before each call, for a variable that the program also writes.
     InOut,
-    /// The host's value before the start, for a retentive variable.
+    /// The value that a retentive variable has at the start, as set by the host.
     Start,
 }
 
@@ -93,11 +93,11 @@ const MOST_DRAWN: usize = 50;
 /// The name of the row that holds the time between two calls.
 const CYCLE: &str = "CYCLE";
 
-/// Builds the table of a program. If `is_unit` does not know the unit in a comment, the unit is kept in the
-/// description.
+/// Builds the table of a program. If `is_unit` does not accept the unit in a variable's comment, the unit is added to
+/// the description instead.
 ///
 /// # Errors
-/// The manifest contains a name that the program does not have, or makes an input of a text that the program writes.
+/// The manifest contains a name that the program does not have, or turns a text that the program writes into an input.
 pub(crate) fn build(
     manifest: &Manifest,
     compiled: &Compiled,
@@ -205,7 +205,8 @@ impl Names {
     }
 }
 
-/// A text as seen by the host. An in-out text is a local: the host's value would not be the program's.
+/// A text as seen by the host. An in-out text becomes a local, which the host can only read, because the program also
+/// writes it.
 fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) -> Result<Text, String> {
     let is_written = matches!(of.role, interface::Role::InOut | interface::Role::Local);
     let role = match role {
@@ -216,7 +217,7 @@ fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) ->
             ));
         }
         Role::Input if is_written => Role::Local,
-        // modelDescription.xml cannot represent such a start value.
+        // modelDescription.xml cannot represent a start value that contains control characters.
         role if role.is_settable() && start.chars().any(char::is_control) => Role::Local,
         role => role,
     };
@@ -231,7 +232,7 @@ fn spelled(name: &str) -> String {
 /// The roles that the manifest assigns to variables, by variable index.
 ///
 /// # Errors
-/// The program does not have a name.
+/// The program has no variable with one of the names that could have the role.
 fn chosen(manifest: &Manifest, root: &Root, variables: &[&Variable]) -> Result<HashMap<usize, Role>, String> {
     use interface::Role::{Input, Local, Parameter};
     let mut chosen = HashMap::new();
@@ -328,14 +329,15 @@ fn documentation(manifest: &Manifest, milliseconds: u32, root: &Root) -> String 
     )
 }
 
-/// A name with a suffix on its last word: `buffer[5]` becomes `buffer_start[5]`, `'a.b'` becomes `'a.b_start'`.
+/// A name with a suffix, inside an index or a closing quote: `buffer[5]` becomes `buffer_start[5]`, `'a.b'` becomes
+/// `'a.b_start'`.
 fn suffixed(name: &str, suffix: &str) -> String {
     let end = if name.ends_with(']') { name.rfind('[').unwrap_or(name.len()) } else { name.len() };
     let end = end - usize::from(name[..end].ends_with('\''));
     format!("{}{suffix}{}", &name[..end], &name[end..])
 }
 
-/// A C identifier: other characters become underscores.
+/// The name as a C identifier: all characters except ASCII letters and digits become underscores.
 pub(crate) fn identifier(name: &str) -> String {
     let mut identifier: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !identifier.starts_with(|c: char| c.is_ascii_alphabetic()) {

@@ -58,8 +58,7 @@ static double plcfmu_floor_f64(double number) { return (double)(i64_t)number; }
 
 /* --- Data ------------------------------------------------------------------------------------------------------------- */
 
-/* The states of an instance. A step is either refused before it begins or runs to completion, so there are no others.
-   */
+/* The states of an instance. A step is refused before it begins or runs to completion, so there are no others. */
 enum {
     PLCFMU_INSTANTIATED = 1, PLCFMU_INITIALIZATION = 2, PLCFMU_STEP_COMPLETE = 4, PLCFMU_TERMINATED = 8, PLCFMU_EVENT_MODE = 32
 };
@@ -73,20 +72,20 @@ static const char *const plcfmu_categories[] = {"logStatusError", "logStatusDisc
 typedef struct {
     memory_t memory;
     i64_t calls;               /* number of calls since the restart */
-    i64_t set[PLCFMU_ROWS];    /* values set by the host for variables that are held; start values of the others */
-    i32_t cycle;               /* milliseconds; a block has it in memory */
+    i64_t set[PLCFMU_ROWS];    /* values set by the host for variables with held != 0; start values of the others */
+    i32_t cycle;               /* milliseconds; of a program only: a block has its cycle in memory */
     char stopped[PLCFMU_LONGEST]; /* why the program has stopped, or empty */
 } plcfmu_block_t;
 
-/* The time. Positions are milliseconds since the start. */
+/* The clock of an instance. */
 typedef struct {
     double start;   /* s */
     double stop;    /* s; infinite without a stop time */
-    double cycle;   /* time between two calls: whole milliseconds */
+    double cycle;   /* time between two calls, ms: a whole number */
     i64_t next;   /* the number of the next call */
-    i64_t tick;   /* the current time is tick * cycle + offset */
+    i64_t tick;   /* the current time, in ms since the start, is tick * cycle + offset */
     double offset;
-    double end;     /* end of the last step, s, as the host passed it; the furthest end */
+    double end;     /* end of the last step, s, in the host's time; never decreases */
     double since;   /* the sum of all steps, s, as a host would add them up */
 } plcfmu_clock_t;
 

@@ -1,5 +1,5 @@
 
-/* --- What hosts request of an instance, in any version of FMI ----------------------------------------------------------- */
+/* --- What a host can request of an instance, in any FMI version ----------------------------------------------------------- */
 
 /* Marks functions that must not be inlined: a control cycle does not call them and need not save the registers they
    use. */

@@ -32,7 +32,7 @@ static void plcfmu_say_size(plcfmu_text_t *text, size_t count) {
     }
 }
 
-/* A string from the host, truncated if it is long, with line breaks escaped. */
+/* A string from the host in quotes, truncated to 200 bytes, with control characters escaped. */
 static void plcfmu_say_quoted(plcfmu_text_t *text, const char *given) {
     static const char hex[] = "0123456789abcdef";
     size_t i;

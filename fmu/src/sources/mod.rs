@@ -1,8 +1,9 @@
-//! An FMU as one C file: the code it calls, its table, and the door, which is handwritten, next to this file and in the
-//! folders of the FMI versions.
+//! An FMU as one C file: the code it calls, its table, and the door. The parts of the door are handwritten C files,
+//! next to this file and in the folders of the FMI versions.
 //!
 //! The code it calls is already C: `memory_t`, `call_t`, a function `start`, and one for a call. The door behaves like
-//! the Rust library, and a self-test compares the two: the file contains the hash of a tape of calls.
+//! the Rust library, and a self-test compares the two: the file contains the hash of the library's results in a fixed
+//! sequence of calls, the tape.
 
 use crate::cyclic::Cyclic;
 use crate::layout::{Layout, Referent};
@@ -37,7 +38,7 @@ const INSTANCE: &str = include_str!("instance.c");
 /// Calls as events, for versions that have them.
 pub(crate) const EVENTS: &str = include_str!("events.c");
 
-/// The door of one version of the standard, and its descriptions of variables.
+/// The door of one version of the standard, and how this version describes variables.
 #[derive(Debug)]
 pub struct Door {
     /// The standard with its version.
@@ -57,9 +58,9 @@ pub struct Door {
     pub(crate) messages: &'static [Message],
     /// Its functions, which come last.
     pub(crate) functions: [&'static str; 2],
-    /// Its types.
+    /// The names of its types, in the order of their numbers in the C file.
     pub(crate) types: &'static [&'static str],
-    /// Selects the type of a variable.
+    /// Returns the name of a variable's type.
     pub(crate) type_of: fn(&Row) -> &'static str,
     /// Whether an array is a single variable.
     pub(crate) has_arrays: bool,
@@ -93,7 +94,7 @@ pub struct Parts<'a> {
     pub name: &'a str,
     /// Its variables.
     pub variables: &'a [Row],
-    /// The index of the time between two calls, and its start value in milliseconds.
+    /// The row number of the time between two calls, and its start value in milliseconds.
     pub cycle: (usize, f64),
     /// The hash of the interface.
     pub hash: u128,
@@ -101,8 +102,8 @@ pub struct Parts<'a> {
     pub law: &'a str,
     /// The name of the function that makes a call.
     pub call: &'a str,
-    /// The address of each variable in memory, in bytes, and when it receives the value set by the host; arbitrary for
-    /// a program's cycle.
+    /// For each variable, its address in memory, in bytes, and when it receives the value set by the host. The entry
+    /// for a program's cycle is not used.
     pub places: &'a [(usize, TakesEffect)],
     /// The variables and texts that are elements of arrays.
     pub layout: Option<&'a Layout>,
@@ -119,7 +120,7 @@ pub struct Parts<'a> {
 /// The kind of code that is called.
 #[derive(Debug)]
 pub enum Of<'a> {
-    /// A program, which starts with its start values.
+    /// A PLC program.
     Program {
         /// The name of the function called once at the start.
         startup: Option<&'a str>,
@@ -148,7 +149,7 @@ pub enum Of<'a> {
 pub struct Check<'a> {
     /// The name of the function that makes the check.
     pub call: &'a str,
-    /// The address of the message number, starting at 1; 0 for none.
+    /// The address of the message number, counted from 1; the number is 0 if the settings are accepted.
     pub refusal: usize,
     /// The address of the numbers in the message, which are consecutive binary64 values.
     pub numbers: usize,
@@ -169,7 +170,7 @@ pub struct Field {
     pub is_truth: bool,
 }
 
-/// Returns the C file.
+/// The FMU as the text of a C file.
 pub fn file(parts: &Parts) -> String {
     let Parts { name, door, .. } = parts;
     let Door { standard, header_name, prefix, .. } = door;
@@ -405,7 +406,7 @@ static const plcfmu_kind_t plcfmu_kinds[] = {
             Kind::Word => (-32768, 65535),
             Kind::Int => (-32768, 32767),
             Kind::Bool => (0, 1),
-            // It may also be given as a signed number.
+            // A host may also pass a DWORD as a signed number.
             Kind::DWord => (i32::MIN.into(), u32::MAX.into()),
             kind => kind.whole().map_or((0, 0), |(low, high)| (low.max(-exact), high.min(exact))),
         };
@@ -561,7 +562,7 @@ fn texts(text: &mut String, texts: &[(Text, usize, usize)]) {
             of.ty.most,
             u8::from(of.ty.is_wide),
         );
-        // A UTF-16 code unit takes at most three bytes in UTF-8, an ISO 8859-1 character two.
+        // In UTF-8, a UTF-16 code unit needs at most three bytes, and an ISO 8859-1 character at most two.
         given += usize::from(of.ty.most) * (2 + usize::from(of.ty.is_wide)) + 1;
     }
     let _ = write!(
@@ -606,7 +607,7 @@ fn quoted(text: &str) -> String {
         match byte {
             b'"' | b'\\' => quoted.extend(['\\', char::from(byte)]),
             b' '..=b'~' => quoted.push(char::from(byte)),
-            // Three digits, so that a following digit is not taken as part of the escape.
+            // Three octal digits, so that a following digit is not taken as part of the escape.
             other => {
                 let _ = write!(quoted, "\\{other:03o}");
             }
@@ -674,8 +675,8 @@ impl<B: Cyclic> Subject for B {
     }
 }
 
-/// Makes the calls of the self-test with random inputs, ending at a call that stops the program. Returns the number of
-/// calls and the hash of all variables after each call.
+/// Makes the calls of the self-test with pseudo-random inputs, up to a call that stops the program. Returns the number
+/// of completed calls and the hash of the values of all variables after each of them.
 ///
 /// # Errors
 /// The subject refuses a value or a call.
@@ -687,7 +688,7 @@ pub fn tape<S: Subject>(variables: &[Row], subject: &mut S) -> Result<(u32, u128
     };
     for call in 0..CALLS {
         for (index, of) in variables.iter().enumerate().filter(|(_, of)| is_drawn(of)) {
-            // Each variable changes in one of four calls.
+            // On average, each variable changes in one of four calls.
             if next() >= 1 << 22 && call > 0 {
                 continue;
             }

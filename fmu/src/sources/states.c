@@ -115,7 +115,7 @@ static void plcfmu_pass(plcfmu_bytes_t *bytes, void *value, size_t size) {
     bytes->left -= size;
 }
 
-/* Whether a sequence of steps can lead to this clock state. Any other could demand an endless number of calls. */
+/* Whether all values are in the ranges that steps can produce. Any other clock could demand an endless number of calls. */
 static int plcfmu_is_possible(const plcfmu_clock_t *clock) {
     double most = 1.7976931348623157e308;
     return clock->cycle >= 0.0 && clock->cycle <= 2147483647.0 && plcfmu_abs_f64(clock->start) <= most && plcfmu_abs_f64(clock->end) <= most
@@ -187,7 +187,7 @@ static void plcfmu_pass_instance(plcfmu_bytes_t *bytes, plcfmu_instance_t *insta
     instance->extrapolated = (size_t)count;
 }
 
-/* The content is preceded by magic, the GUID's bytes and the length, and followed by the checksum. */
+/* Sizes in bytes: magic, the GUID and the length precede the content, and the checksum follows it. */
 #define PLCFMU_HEAD 32u
 #define PLCFMU_CHECKSUM 16u
 

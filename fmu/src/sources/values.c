@@ -361,7 +361,7 @@ static int plcfmu_is_drawn(const plcfmu_row_t *row) {
     return row->role == PLCFMU_INPUT || (row->role == PLCFMU_PARAMETER && is_type);
 }
 
-/* A value for the tape. One in four BOOLs is TRUE, and half of the inputs are small. */
+/* A value for the tape. On average, one in four BOOLs is TRUE, and half of the floating-point inputs are small. */
 static double plcfmu_tape(const plcfmu_row_t *row, u32_t *tape) {
     static const double scales[] = {1.0, 1.0, 0.0625, 0.00390625};
     u32_t number = plcfmu_next(tape);
@@ -398,7 +398,7 @@ static int plcfmu_is_exact(plcfmu_component_t *c) {
     for (call = 0; call < PLCFMU_TEST_CALLS; call += 1) {
         for (row = 0; row < PLCFMU_ROWS; row += 1) {
             i64_t bits;
-            /* Each variable changes in one of four calls. */
+            /* On average, each variable changes in one of four calls. */
             if (plcfmu_is_drawn(&plcfmu_rows[row]) && (plcfmu_next(&tape) < 4194304u || call == 0)
                 && plcfmu_bits_of(plcfmu_tape(&plcfmu_rows[row], &tape), plcfmu_rows[row].kind, &bits) == NULL) {
                 plcfmu_put(&c->other, row, bits);

@@ -1,5 +1,5 @@
 //! The 34 FMI 2.0 co-simulation functions, as a table that specifies each one once: its states, its arguments,
-//! and the call of the [`Component`]. All unsafe code is here and in `pointers`: pointers become slices and references,
+//! and the call of the [`Component`]. The unsafe code is here and in `pointers`: pointers become slices and references,
 //! and the host's logger is called. The [`Door`] checks the state, catches panics and logs why a call is refused.
 //!
 //! The standard requires the following of the host: a `fmi2Component` comes from `fmi2Instantiate`, has not been freed
@@ -34,7 +34,7 @@ use std::ptr;
 /// `fmi2Type`: co-simulation.
 const CO_SIMULATION: c_int = 1;
 
-/// The `fmi2StatusKind`s for which the FMU has an answer.
+/// The `fmi2StatusKind`s that the FMU can answer.
 const LAST_SUCCESSFUL_TIME: c_int = 2;
 const TERMINATED: c_int = 3;
 
@@ -85,7 +85,7 @@ impl Host for Caller {
     }
 }
 
-/// Stores the result of an inquiry in the host's variable.
+/// Stores the result of a query in the host's variable.
 unsafe fn answer<T>(pointer: *mut T, value: Result<T, Refusal>) -> Result<(), Refusal> {
     // SAFETY: the host's contract.
     let target = unsafe { target(pointer, "value") }?;
@@ -93,7 +93,8 @@ unsafe fn answer<T>(pointer: *mut T, value: Result<T, Refusal>) -> Result<(), Re
     Ok(())
 }
 
-/// fmi2DoStepStatus, fmi2PendingStatus and the rest may only be queried while a step is pending.
+/// Refuses a status kind that has no value unless a step is pending: fmi2DoStepStatus, fmi2PendingStatus and unknown
+/// kinds.
 fn no_status<T>(kind: c_int) -> Result<T, Refusal> {
     Err(Refusal::new(Answer::Discard, messages::no_status(kind)))
 }
@@ -311,7 +312,7 @@ macro_rules! export_interface {
 /// Copies the library's description of itself (see [`describe`]) to `buffer`, at most `size` bytes, and returns
 /// its full length in bytes.
 pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
-    // For programs that search the library file for these texts: the compiler keeps values used here unchanged.
+    // Other programs search the library file for these strings; values used here are kept in it unchanged.
     std::hint::black_box(Code::<B>::TEXT);
     std::hint::black_box(&Guid::<B>::TOKENS);
     let json = describe(B::TABLE, Guid::<B>::TEXT);

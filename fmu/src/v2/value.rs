@@ -62,7 +62,7 @@ impl HostType<Fmi2> for c_int {
         match value {
             Value::Word(word) => Some(c_int::from(word.value())),
             Value::Int(int) => Some(c_int::from(int)),
-            // A DWORD is the integer with the same bits.
+            // A DWORD becomes the signed integer with the same bits.
             Value::Whole(kind, whole) if kind.class() == Class::Integer => Some(whole as c_int),
             _ => None,
         }

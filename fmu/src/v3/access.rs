@@ -44,7 +44,8 @@ fn elements<'a, V: Choice, B: Cyclic>(
     Ok(all)
 }
 
-/// Whether each variable evidently has exactly one value.
+/// Whether each variable has exactly one value because the block has no arrays and the host passes as many values as
+/// references.
 #[inline(always)]
 fn has_single_values<B: Cyclic>(component: &Component<B>, references: &[u32], count: usize) -> bool {
     references.len() == count && component.instance.block().layout().is_none()
@@ -53,7 +54,7 @@ fn has_single_values<B: Cyclic>(component: &Component<B>, references: &[u32], co
 /// Reads variables.
 ///
 /// # Errors
-/// A reference is unknown or has a different type, or the number of values differs.
+/// A reference is unknown or has a different type, or the number of values is not that of the variables.
 #[inline(always)]
 pub fn get<V: Choice, B: Cyclic, T: HostType<V>>(
     component: &Component<B>,
@@ -125,8 +126,8 @@ where
 /// Writes variables.
 ///
 /// # Errors
-/// A reference is unknown, has a different type or cannot be set now; the number of values differs; or a value is
-/// outside the range of its type. In these cases, nothing is written.
+/// A reference is unknown, has a different type or cannot be set now; the number of values is not that of the
+/// variables; or a value is outside the range of its type. In these cases, nothing is written.
 #[inline(always)]
 pub fn set<V: Choice, B: Cyclic, T: HostType<V>>(
     component: &mut Component<B>,
@@ -150,10 +151,10 @@ fn set_elements<V: Choice, B: Cyclic, T: HostType<V>>(
     component.instance.set(&elements, values)
 }
 
-/// The references of the elements of texts, `count` in total.
+/// The references of the elements of these text variables, `count` in total.
 ///
 /// # Errors
-/// A reference is inside an array, or the number of values differs.
+/// A reference is inside an array or is that of the time, or the variables do not have `count` elements.
 pub fn texts<'a, V: Choice, B: Cyclic>(
     component: &Component<B>,
     references: &'a [u32],
@@ -192,7 +193,8 @@ pub fn dependencies<V: Choice, B: Cyclic>(component: &Component<B>, reference: u
     if !is_output || matches!(part, Referent::Inside(_)) {
         return Err(messages::no_dependencies(reference).into());
     }
-    // The results of the last call depend on nothing; the results of a restart depend on settings.
+    // Once started, outputs are the results of past calls and depend on no current value. Before that, they are the
+    // results of a restart, which depend on settings.
     if !component.instance.is_before_start() {
         return Ok(Vec::new());
     }

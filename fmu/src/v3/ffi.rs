@@ -1,6 +1,6 @@
 //! The 75 FMI 3.0 functions, as a table that specifies each one once, as for FMI 2.0: its states, its arguments, and
-//! the call of the [`Component`]. The functions of Model Exchange and Scheduled Execution always refuse; they exist
-//! because hosts look up all functions when they load a library.
+//! the call of the [`Component`]. Calls of the Model Exchange and Scheduled Execution functions are always refused;
+//! these functions exist because hosts look up all functions when they load a library.
 //!
 //! The standard requires the following of the host: a `fmi3Instance` comes from `fmi3InstantiateCoSimulation`, has not
 //! been freed and is used by one thread at a time; an array has the length passed with it. NULL is detected everywhere.
@@ -40,7 +40,7 @@ pub type Logger = Option<
     unsafe extern "C" fn(environment: *mut c_void, status: Status, category: *const c_char, message: *const c_char),
 >;
 
-/// A callback that is never called.
+/// A callback that this FMU never calls.
 pub type Callback = *const c_void;
 
 struct Caller {
@@ -126,9 +126,9 @@ fn only_co_simulation(kind: &str) -> Result<(), Refusal> {
 
 const EXCHANGE: &str = "Model Exchange";
 
-// FMI 3.0, sections 2.3 and 4.2, in the order of the header. The table is more lenient because real hosts need it: in
-// state Instantiated, Get also works and returns the start values, and inputs may be set; in Step Mode, discrete inputs
-// may also be set in an instance with Event Mode.
+// FMI 3.0, sections 2.3 and 4.2, in the order of the header. The table is more lenient than the standard because real
+// hosts need it: in state Instantiated, Get also works and returns the start values, and inputs may be set; in Step
+// Mode, discrete inputs may also be set in an instance with Event Mode.
 functions! {
     ($) export_fmi3: v3, in "Step Mode", with Boolean, Callback, Logger, Pointer, StateAddress, Status, c_char, c_int, c_void;
     fmi3GetVersion() -> *const c_char { c"3.0".as_ptr() };

@@ -19,7 +19,7 @@ use blocks::{Row, TableText, Types};
 #[derive(Clone, Copy, Debug)]
 pub struct Native;
 
-/// FMI 3.0 with a few wide types.
+/// FMI 3.0 with the few wide types that every host supports.
 #[derive(Clone, Copy, Debug)]
 pub struct Wide;
 
@@ -48,5 +48,5 @@ macro_rules! versions {
 
 versions!(Native, Wide);
 
-/// The forms of the instantiation token, indexed by choice of types.
+/// The forms of the instantiation token: one for each choice of types.
 pub const FORMS: &[Form] = &[Form::Token(Types::Native), Form::Token(Types::Wide)];

@@ -16,7 +16,7 @@ pub static NATIVE: Door = Door {
     ..DOOR
 };
 
-/// The door with a few wide types.
+/// The door with the few wide types that every host supports.
 pub static WIDE: Door = DOOR;
 
 const DOOR: Door = Door {

@@ -12,7 +12,8 @@ use blocks::{Kind, Row, TableText, Time, Value};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Boolean(pub u8);
 
-/// Integers: the kinds of PLC values that a type holds with each choice of types.
+/// Implements integers as host types: each line lists the kinds of PLC values that a type holds under a choice of
+/// types.
 macro_rules! integers {
     ($($Integer:ident in $Version:ident: $($kind:ident)*;)*) => { $(
         impl HostType<$Version> for $Integer {
@@ -40,8 +41,7 @@ macro_rules! integers {
                 if !<$Integer as HostType<$Version>>::holds(kind) {
                     return None;
                 }
-                // A DWORD read as a signed 32-bit integer has the same bits, as does a WORD read as an unsigned
-                // integer.
+                // The cast keeps the bits: a DWORD may be read as a signed integer, and a WORD as an unsigned one.
                 Some(exact(value)? as $Integer)
             }
 

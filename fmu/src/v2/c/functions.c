@@ -101,14 +101,14 @@ static fmi2Status plcfmu_get(plcfmu_component_t *c, const fmi2ValueReference vr[
         if (of == 0) {
             ((fmi2Real *)values)[i] = kind == PLCFMU_DWORD ? (double)(i32_t)(u32_t)bits : plcfmu_number(kind, bits);
         } else {
-            /* A WORD is its 16 bits as a signed integer, a DWORD its 32 bits. */
+            /* The 16 bits of a WORD and the 32 bits of a DWORD are read as signed integers. */
             ((int *)values)[i] = kind == PLCFMU_WORD ? (i16_t)(u16_t)bits : (i32_t)(u32_t)bits;
         }
     }
     return plcfmu_tell_conversion(c, vr, count, of);
 }
 
-/* The number that the host passed for a variable. */
+/* The value that the host passed for a variable, as a number. */
 static double plcfmu_given(const void *values, size_t i, int of) {
     if (of == 0) {
         return ((const fmi2Real *)values)[i];
@@ -141,8 +141,7 @@ static fmi2Status plcfmu_set(plcfmu_component_t *c, const fmi2ValueReference vr[
     return plcfmu_tell_conversion(c, vr, count, of);
 }
 
-/* The REAL in memory that a host may read, or set, in a control cycle without further checks; NULL for anything else.
-   */
+/* The address of a REAL that needs no further checks to be read or, if `is_set`, to be set; NULL for anything else. */
 static char *plcfmu_real(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, const fmi2Real value[], int is_set) {
     const plcfmu_row_t *row;
     if (c == NULL || c->instance.state != PLCFMU_STEP_COMPLETE || count != 1 || vr == NULL || value == NULL
@@ -247,7 +246,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance, const fmi2ValueR
     }
 }
 
-/* The entry of an input among the extrapolated ones; adds one if necessary. */
+/* The extrapolation of an input; adds one if the input has none. */
 static plcfmu_extrapolation_t *plcfmu_extrapolation(plcfmu_instance_t *instance, u32_t row) {
     size_t i;
     for (i = 0; i < instance->extrapolated; i += 1) {
@@ -341,7 +340,8 @@ fmi2Status fmi2CancelStep(fmi2Component instance) {
     PLCFMU_ANSWER(CancelStep, plcfmu_say_nothing_to_cancel(&c->text));
 }
 
-/* fmi2DoStepStatus, fmi2PendingStatus and the rest may only be queried while a step is pending. */
+/* Refuses a status kind that has no value unless a step is pending: fmi2DoStepStatus, fmi2PendingStatus and unknown
+   kinds. */
 static fmi2Status plcfmu_no_status(plcfmu_component_t *c, int kind, const void *value) {
     if (plcfmu_target(&c->text, value, "value") != fmi2OK) {
         return fmi2Error;

@@ -7,8 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* If FMI3_OVERRIDE_FUNCTION_PREFIX is defined, the prefix is FMI3_ACTUAL_FUNCTION_PREFIX, or none if that is undefined.
-   */
+/* With FMI3_OVERRIDE_FUNCTION_PREFIX, the prefix is FMI3_ACTUAL_FUNCTION_PREFIX, or none if that is not defined. */
 #if !defined(FMI3_OVERRIDE_FUNCTION_PREFIX) && defined(FMI3_FUNCTION_PREFIX)
 #define FMI3_ACTUAL_FUNCTION_PREFIX FMI3_FUNCTION_PREFIX
 #endif

@@ -11,8 +11,7 @@ enum {
 
 static const size_t plcfmu_sizes[] = {4, 8, 1, 1, 2, 2, 4, 4, 8, 8, sizeof(fmi3Boolean)};
 
-/* Rejects arrays that are missing or whose length differs from the number of values, and the time unless `with_time`.
-   */
+/* Rejects missing arrays, a number of values that is not that of the variables and, unless `with_time`, the time. */
 static fmi3Status plcfmu_open(plcfmu_component_t *c, const fmi3ValueReference vr[], size_t count, const void *values,
                               size_t value_count, size_t size, const char *access, int with_time) {
     plcfmu_walk_t walk = plcfmu_walk(vr, count);
@@ -76,7 +75,7 @@ static fmi3Status plcfmu_get(plcfmu_component_t *c, const fmi3ValueReference vr[
             fmi3Boolean is_true = bits != 0;
             memcpy(to, &is_true, sizeof is_true);
         } else {
-            /* The low bytes come first. A WORD is a signed number if its type is signed. */
+            /* Copies the low bytes, which come first. A WORD is sign-extended; this matters only for signed types. */
             i64_t number = kind == PLCFMU_WORD ? (i16_t)(u16_t)bits : bits;
             memcpy(to, &number, plcfmu_sizes[type]);
         }
@@ -92,8 +91,7 @@ static i64_t plcfmu_integer(const char *from, int type) {
     return (i64_t)((bits ^ signs[type]) - signs[type]);
 }
 
-/* Converts a value passed by the host to bits. Returns NULL, or the range of the PLC's type if the value is outside it.
-   */
+/* Converts a value passed by the host to bits. Returns NULL, or the PLC type's range if the value is outside it. */
 static const char *plcfmu_given(const char *from, int type, int kind, i64_t *bits) {
     int is_inside = 1;
     if (type == PLCFMU_FLOAT32) {
@@ -116,7 +114,7 @@ static const char *plcfmu_given(const char *from, int type, int kind, i64_t *bit
         *bits = plcfmu_integer(from, type) != 0 ? 1 : 0;
     } else {
         i64_t number = plcfmu_integer(from, type);
-        /* A 64-bit integer and a TIME have the same range as the PLC's type. */
+        /* No check for 64-bit types and TIME: the host's integer has the same range. */
         if (plcfmu_kinds[kind].size < 8 && kind != PLCFMU_TIME) {
             is_inside = (double)number >= plcfmu_kinds[kind].lowest && (double)number <= plcfmu_kinds[kind].highest;
         }
@@ -342,8 +340,8 @@ fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference vr[], si
     }
 }
 
-/* The variables that an output depends on: none after the start; before it, those that a restart reads. Refuses and
-   returns NULL if the reference is not an output. */
+/* The variables that an output depends on: none after the start; before it, those that a restart reads. Returns NULL,
+   with a message, if the reference is not an output. */
 static const plcfmu_part_t *plcfmu_dependencies(plcfmu_component_t *c, u32_t reference) {
     static const plcfmu_part_t none = {0, 0};
     int is_before = c->instance.state == PLCFMU_INSTANTIATED || c->instance.state == PLCFMU_INITIALIZATION;
