@@ -17,7 +17,7 @@
 //! terminals of a real block), *observed* (published descriptions of how the blocks behave), *decided* (by us, where
 //! all of these are silent).
 
-/// Lists the blocks of a vendor, in the vendor's file.
+/// Exports the listed blocks from a vendor's module, and defines the module's `for_each_block`.
 macro_rules! vendor {
     ($($block:ident::$Block:ident),* $(,)?) => {
         $(pub use $block::$Block;)*

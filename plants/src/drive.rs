@@ -213,7 +213,7 @@ blocks::block! {
         reset: bool;
         /// The lag of the control loop.
         control: Lag;
-        /// The lag of coasting to rest.
+        /// The lag of coasting to a standstill.
         coasting: Lag;
     }
 }

@@ -231,8 +231,8 @@ impl Law for Sensor {
     }
 }
 
-/// Returns the noise in a call, with mean 0 and standard deviation 1: a sum of twelve numbers from 0 to 65535, which is
-/// exact in integers.
+/// Returns the noise in a call, with mean 0 and standard deviation 1: the normalized sum of twelve numbers from 0 to
+/// 65535. The sum is exact, because it is computed in integers.
 fn noise(call: u64, seed: i16) -> f64 {
     const MEAN: i32 = 12 * 65535 / 2;
     // Twelve times the variance of each number, (65536^2 - 1) / 12.

@@ -210,7 +210,7 @@ blocks::block! {
 /// Conversion factor from l/min to m3/s.
 const LITRE_PER_MINUTE: f64 = 1.0 / 60_000.0;
 
-/// Gravitational acceleration.
+/// Gravitational acceleration, in m/s2.
 const G: f64 = 9.81;
 
 impl Law for Tank {

@@ -305,11 +305,11 @@ blocks::block! {
         }
     }
     memory Memory {
-        /// How far the motor has run into the backlash, from its closing end.
+        /// How far the motor has run into the backlash from its closing end, in percent of the stroke.
         slack: f64;
         /// The valve's characteristic.
         passage: Kept<3, Passage>;
-        /// The fraction of the full flow at the current stem position.
+        /// The fraction of FLOW_MAX that flows at the current stem position and pressure.
         share: Kept<4, f64>;
         /// The lags of exchanger and sensor while the stem stands still, before and after it moves.
         lags_at_rest: [Lags; 2];
@@ -395,7 +395,7 @@ struct Run {
 struct Passage {
     /// The natural logarithm of CURVE.
     steepness: f64,
-    /// The characteristic fully open, before it is scaled to 1.
+    /// The value of the characteristic when fully open, before it is scaled to 1.
     full: f64,
     pressure_factor: f64,
 }
@@ -407,7 +407,7 @@ impl Passage {
         Passage { steepness, full: exp_m1(steepness), pressure_factor }
     }
 
-    /// Returns the fraction of the full flow at a position.
+    /// Returns the fraction of FLOW_MAX at a position in percent.
     fn share(self, position: f64) -> f64 {
         let x = position / 100.0;
         let characteristic = if self.steepness == 0.0 { x } else { exp_m1(self.steepness * x) / self.full };
@@ -461,7 +461,7 @@ impl Valve {
         self.memory.passage.get_or_compute(settings, |[curve, pres, pres_nom]| Passage::new(curve, pres, pres_nom))
     }
 
-    /// Returns the fraction of the full flow at the current stem position.
+    /// Returns the fraction of FLOW_MAX at the current stem position and pressure.
     fn flow_share(&mut self) -> f64 {
         let settings = [self.lmnr, self.curve, self.pres, self.pres_nom];
         self.memory.share.get_or_compute(settings, |[position, curve, pres, pres_nom]| {

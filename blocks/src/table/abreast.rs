@@ -77,7 +77,7 @@ pub trait InLanes: Block + Lane {
     /// Returns the function of [`Abreast::reader`]; `None` for a row of an inner block.
     fn reader(index: usize) -> Option<ReadLanes<Self>>;
 
-    /// Returns the function of [`Abreast::writer`]; `None` for a row of an inner block.
+    /// Returns the function of [`Abreast::writer`]; `None` for a row of an inner block and for the mean.
     fn writer(index: usize) -> Option<WriteLanes<Self>>;
 }
 
@@ -113,7 +113,7 @@ pub trait Lane: Sized {
     /// Loads the parts of the value that a steady call needs.
     fn load(lanes: &Self::Lanes, lane: usize) -> Self;
 
-    /// Whether the last call skipped nothing.
+    /// Whether the last call was complete: it skipped none of the work that is only occasionally needed.
     #[inline(always)]
     fn is_steady(&self) -> bool {
         true
@@ -158,7 +158,7 @@ macro_rules! lane_of_numbers {
     )* };
 }
 
-// A condition is as wide as the values it selects, so that vectors need no widening.
+// Narrow types are stored in 32 bits: a vector of conditions is then as wide as the REALs that it selects.
 lane_of_numbers! {
     f32 as f32: value => value, number => number;
     f64 as f64: value => value, number => number;
@@ -210,8 +210,8 @@ impl<T: Lane, const N: usize> Lane for [T; N] {
 }
 
 /// Implements [`Lane`] for a struct, field by field. Of the rows of a block, `[section] field: Type`, only outputs and
-/// locals are stored after a call. With `where [Type, ...]`, the implementation requires that these types implement it
-/// too: Rust rejects a condition that never holds, unless it has a lifetime.
+/// locals are stored after a call. With `where [Type, ...]`, the implementation applies only if these types implement
+/// [`Lane`] too. The lifetime `'always` in these conditions prevents Rust from rejecting one that is never met.
 #[macro_export]
 macro_rules! lane {
     ($Struct:ident $(where [$($Part:ty),* $(,)?])? { $( $([$section:ident])? $field:ident: $Type:ty ),* $(,)? }) => {

@@ -3,7 +3,7 @@
 /// The rows of one variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Group {
-    /// The name, for an array without the indices.
+    /// The name; for an array, without the indices.
     pub name: String,
     /// The rows of the elements, with the last index varying fastest; a single row if the variable is not an array.
     pub rows: Vec<usize>,
@@ -23,7 +23,7 @@ impl Group {
 
 /// Groups rows into variables. Each row has a name and a key that all elements of an array must share. Rows form an
 /// array if their names differ only in the indices at the end, no element is missing, they are ordered by index, and
-/// arrays are `wanted`. A variable has the position of its first row.
+/// arrays are `wanted`. The variables are in the order of their first rows.
 pub fn grouped<'a, K: PartialEq>(rows: impl Iterator<Item = (&'a str, K)>, wanted: bool) -> Vec<Group> {
     let rows: Vec<(&str, K)> = rows.collect();
     let single = |row: usize| Group { name: rows[row].0.into(), rows: vec![row], bounds: Vec::new() };
@@ -84,7 +84,7 @@ fn bounds(elements: &[Element]) -> Option<Vec<(i64, i64)>> {
             }
             *index = *low;
         }
-        // An index restarts only after its upper bound.
+        // No element may follow the one with the upper bound of every dimension.
         if !is_last && expected == *first {
             return None;
         }

@@ -112,7 +112,7 @@ macro_rules! block {
         }
 
         impl $Block {
-            /// Sets outputs, locals and memory to 0 / FALSE; does not touch the inner blocks.
+            /// Sets the block's own outputs, locals and memory to 0 or FALSE, but not those of the inner blocks.
             #[inline(always)]
             #[allow(unreachable_pub)]
             pub fn clear(&mut self) {

@@ -40,7 +40,8 @@ impl Types {
         matches!(self, Types::Native)
     }
 
-    /// Returns the unit implied by a PLC type with these host types, if an integer counts it.
+    /// Returns the unit, ms or ns, of a duration that these host types represent as an integer; `None` for any other
+    /// type.
     pub const fn unit(self, kind: Kind) -> Option<&'static str> {
         match (self, kind) {
             (Types::Native, Kind::Time) => Some("ms"),
@@ -49,8 +50,8 @@ impl Types {
         }
     }
 
-    /// Returns the hash that replaces the hash `of` an interface where the host types can be chosen; it differs for
-    /// each choice.
+    /// Returns the hash from which the instantiation token is formed: derived from the hash `of` the interface, and
+    /// different for each choice of types.
     pub const fn token(self, of: u128) -> u128 {
         hash(hash(hash(BASIS, &of.to_be_bytes()), b"3"), self.name().as_bytes())
     }

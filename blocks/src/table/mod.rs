@@ -97,7 +97,7 @@ pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
 /// The hand-written part of a block: its behaviour when it is called.
 pub trait Law {
-    /// The runs shown in the documentation. The reference results of the FMU record the first one.
+    /// The runs shown in the documentation. The FMU's reference results are a recording of the first one.
     const RESPONSES: &'static [Response] = &[Response::AT_REST];
 
     /// The characteristics shown in the documentation.
@@ -118,7 +118,7 @@ pub trait Law {
     /// Performs one call, as in a cyclic interrupt: reads inputs and parameters, writes outputs and memory.
     fn call(&mut self);
 
-    /// Rejects parameters with which the block cannot run; called once, before the restart.
+    /// Rejects parameters with which the block cannot run; called before each restart.
     ///
     /// # Errors
     /// A sentence that names the variable, its value and the remedy.
@@ -216,8 +216,8 @@ pub struct Table<S: TableText = String> {
     pub rows: S::List<Row<S>>,
     /// The string variables of a program; empty for a block. Their value references follow those of the rows.
     pub texts: S::List<Text<S>>,
-    /// For each row, whether it is a REAL that may be set at any time: the check made most often for a host. One byte
-    /// per row.
+    /// For each row, whether it is a REAL that may be set at any time. Precomputed, because no other check is made as
+    /// often for a host.
     pub tunable_reals: S::List<bool>,
     /// For each row, whether it is an LREAL that may be set at any time.
     pub tunable_lreals: S::List<bool>,
@@ -329,15 +329,17 @@ pub struct Row<S: TableText = String> {
     pub help: S,
     /// Its PLC type.
     pub kind: Kind,
-    /// Whether a WORD is an analog value, a signed number, as in a block; in a program it is a bit string.
+    /// For a WORD, whether it is an analog value (a signed number), as in a block, rather than a bit string, as in a
+    /// program.
     pub is_analog: bool,
     /// The role: who sets the variable, and when.
     pub role: Role,
     /// The value in a new block.
     pub start: Value,
-    /// The lowest sensible value, which is not enforced: the blocks do not check parameters.
+    /// The lowest sensible value. Not enforced, except for the few settings that [`Law::check`] or a host's restart
+    /// rejects.
     pub min: Option<Value>,
-    /// The highest sensible value, which is not enforced either.
+    /// The highest sensible value; likewise not enforced.
     pub max: Option<Value>,
     /// The unit, such as `%` or `degC`; `None` for a TIME, which is in seconds.
     pub unit: Option<S>,
@@ -454,7 +456,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// Its type.
+    /// Returns the PLC type of the value.
     pub const fn kind(self) -> Kind {
         match self {
             Value::Real(_) => Kind::Real,
@@ -500,8 +502,8 @@ impl Response {
     pub const AT_REST: Response = Response { title: "At rest, with all defaults", calls: 60, set: &[], show: &[] };
 }
 
-/// A characteristic of a block as a function of a variable: for each of `points` evenly spaced values, a new block makes `calls`
-/// calls, and the mean of each shown variable over these calls is drawn.
+/// A characteristic of a block as a function of a variable: for each of `points` evenly spaced values, a new block
+/// makes `calls` calls, and the mean of each shown variable over these calls is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Characteristic<S: TableText = &'static str> {
     /// The title: one sentence about what the characteristic shows.

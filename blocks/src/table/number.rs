@@ -69,7 +69,8 @@ pub fn number(value: Value) -> f64 {
     }
 }
 
-/// Returns the value of an integer type exactly: a TIME in milliseconds, an LTIME in nanoseconds.
+/// Returns the exact value of an integer or a duration, a TIME in milliseconds and an LTIME in nanoseconds; `None` for
+/// other types.
 pub fn exact(value: Value) -> Option<i128> {
     match value {
         Value::Real(_) | Value::LReal(_) | Value::Bool(_) => None,
@@ -81,7 +82,7 @@ pub fn exact(value: Value) -> Option<i128> {
     }
 }
 
-/// Returns [`exact`] if [`number`] differs from it: an integer with more digits than a double can hold.
+/// Returns the [`exact`] value if [`number`] cannot represent it, because it has more digits than a double can hold.
 pub fn beyond_number(value: Value) -> Option<i128> {
     let scale = match value.kind() {
         Kind::Time => 1e3,
@@ -115,7 +116,7 @@ pub fn of_exact(integer: i128, kind: Kind) -> Result<Value, &'static str> {
 }
 
 /// Formats a REAL for display: the shortest decimal form that distinguishes it from its neighbours, with an exponent if
-/// it is below 1e-5, or 1e9 or more.
+/// its magnitude is below 1e-5 (but not 0) or at least 1e9.
 pub fn shown(real: f32) -> String {
     let is_short = real == 0.0 || (1e-5..1e9).contains(&real.abs());
     if is_short { real.to_string() } else { format!("{real:e}") }

@@ -91,7 +91,7 @@ pub const fn tunable<const N: usize>(rows: &[StaticRow; N], kind: Kind) -> [bool
     tunable
 }
 
-/// Returns the length of the names of an inner block's rows in the outer one.
+/// Returns the total length, in bytes, of the names that an inner block's rows have in the outer block.
 #[doc(hidden)]
 pub const fn length(instance: &str, table: &StaticTable) -> usize {
     let mut length = 0;
@@ -103,7 +103,7 @@ pub const fn length(instance: &str, table: &StaticTable) -> usize {
     length
 }
 
-/// Returns these names without separators: each consists of the instance's name, a dot and the name in the inner block.
+/// Returns these names, concatenated: each consists of the instance's name, a dot and the name in the inner block.
 #[doc(hidden)]
 pub const fn inner_names<const N: usize>(instance: &str, table: &StaticTable) -> [u8; N] {
     let mut names = [b'.'; N];
@@ -121,7 +121,8 @@ pub const fn inner_names<const N: usize>(instance: &str, table: &StaticTable) ->
     names
 }
 
-/// Copies the rows of an inner block, with their name (see [`inner_names`]), role and start value in the outer one.
+/// Copies the rows of an inner block, with the name (see [`inner_names`]), role and start value that each has in the
+/// outer block. Returns the index after the last row.
 #[doc(hidden)]
 pub const fn nest(
     instance: &str,
@@ -169,7 +170,7 @@ pub const fn nest(
     next
 }
 
-/// Asserts that a restart value depends on settings, never on a signal, and that only outputs have one.
+/// Asserts that only outputs have a `from` and that it lists only settings: a restart value never depends on a signal.
 #[doc(hidden)]
 pub const fn check_restart_values(rows: &[StaticRow]) {
     let mut i = 0;

@@ -46,7 +46,7 @@ impl Start {
     /// Parses a text without checking whether the block has these settings, see [`Start::settings`].
     ///
     /// # Errors
-    /// A line is malformed; the message names it and what is expected.
+    /// A line is malformed or missing; the message states the expected form.
     pub fn parse(text: &str) -> Result<Start, String> {
         let mut lines = text.lines().zip(1..);
         let mut header = |key: &str| match lines.next() {

@@ -30,7 +30,7 @@ pub struct Delay {
     next: u32,
     /// The position of the output, behind the input.
     back: Kept<3, Back>,
-    /// The ends of the line, which represent it in a lane.
+    /// The ends of the line, which replace `line` while the delay is in a lane.
     ends: Option<Ends>,
 }
 
@@ -39,9 +39,10 @@ pub struct Delay {
 struct Back {
     /// The number of whole cycles.
     cycles: usize,
-    /// The part of the current cycle in which the output is one cycle older, and the rest of the cycle, in seconds.
+    /// The durations, in seconds, of the two parts of a cycle: of the first, in which the output is one cycle older,
+    /// and of the rest.
     durations: [LReal; 2],
-    /// Whether the output in either part is the input itself.
+    /// For each part, whether the output is the input itself.
     is_input: [bool; 2],
 }
 
@@ -52,7 +53,7 @@ blocks::lane!(Back { cycles: usize, durations: [LReal; 2], is_input: [bool; 2] }
 struct Ends {
     /// The longest delay in cycles.
     longest: LReal,
-    /// The output in either part of the cycle, unless it is the input.
+    /// The output in each part of the cycle; unused for a part in which it is the input.
     out: [LReal; 2],
     /// The input.
     input: LReal,
@@ -125,14 +126,14 @@ impl Delay {
         self.line.len().saturating_sub(1) as LReal
     }
 
-    /// Returns the output in either part of the cycle, if it is not the input.
+    /// Returns the output in each part of the next cycle; arbitrary for a part in which it is that cycle's input.
     #[inline]
     fn out(&self) -> [LReal; 2] {
         let places = |back: Back| back.places(self.next as usize, self.line.len());
         self.back.last().map_or([0.0; 2], |back| places(back).map(|place| self.line[place]))
     }
 
-    /// Puts a value into the line.
+    /// Puts a value into the line, in place of the oldest one.
     #[inline]
     fn put_in(&mut self, input: LReal) {
         let now = self.next as usize;

@@ -23,10 +23,10 @@ pub struct Kept<const N: usize, T> {
     value: T,
     /// Whether a value has been computed.
     is_there: bool,
-    /// Whether the cache is in a lane. There it computes nothing, and reports afterwards whether its value belonged to
-    /// the numbers.
+    /// Whether the cache is in a lane. There it computes nothing; [`Lane::is_steady`] reports afterwards whether its
+    /// value was the one for the given numbers.
     is_in_lane: bool,
-    /// Whether the value in a lane belonged to other numbers.
+    /// Whether the value was needed in a lane but was not the one for the given numbers.
     is_stale: bool,
 }
 
@@ -96,7 +96,7 @@ impl<const N: usize, T: Default> Stored for Kept<N, T> {
     }
 }
 
-/// A call that recomputes the value is not steady.
+/// A call that needs a value not yet computed is not steady.
 impl<const N: usize, T: Copy + Lane> Lane for Kept<N, T> {
     type Lanes = (<[LReal; N] as Lane>::Lanes, T::Lanes, <bool as Lane>::Lanes);
 

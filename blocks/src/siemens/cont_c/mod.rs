@@ -190,13 +190,14 @@ crate::block! {
         }
     }
     memory Memory {
-        /// Error times gain of the previous call.
+        /// Error times GAIN in the previous call.
         e: Real;
         /// Integral of the previous call.
         i: Real;
         /// Round-off error of the integral.
         rest: Real;
-        /// Whether the integral was set outside the limits, and is not limited until it is back inside.
+        /// Whether the integral has been set to a value and not been within the limits since; until then, it is not
+        /// limited.
         free: bool;
         /// Limited value of the previous call, before LMN_FAC and LMN_OFF.
         y: Real;

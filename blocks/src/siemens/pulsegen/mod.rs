@@ -197,7 +197,7 @@ impl Pulsegen {
         self.memory.pulse_left = self.memory.pulse_left.saturating_sub(1).max(0);
     }
 
-    /// Whether INV is above or below its value in the last call. Any comparison with NaN is false, including this one.
+    /// Whether INV is above or below its value in the last call; false if either value is NaN.
     fn inv_has_changed(&self) -> bool {
         self.inv.partial_cmp(&self.memory.inv).is_some_and(Ordering::is_ne)
     }
