@@ -398,10 +398,10 @@ def test_a_program_keeps_all_bits_of_its_types(build):
     assert (instance.get("name_out"), instance.get("values_out")) == ("Größe", values)
     # All elements or none.
     reference = fmu.variables["values"].valueReference
-    assert "nValues = 3: the variables have 1000 values" in instance.refused(
+    assert "nValues = 3: must be 1000 for these variables" in instance.refused(
         lambda: instance.slave.setFloat32([reference], [1.0, 2.0, 3.0])
     )
-    assert "it is an element of the array" in instance.refused(lambda: instance.slave.getFloat32([reference + 1]))
+    assert "is an element of an array: use" in instance.refused(lambda: instance.slave.getFloat32([reference + 1]))
     for name, other in [("mask", "Int16"), ("bits", "Int32"), ("small", "Int8")]:
         reference = fmu.variables[name].valueReference
         assert f"use fmi3GetU{other}" in instance.refused(lambda: getattr(instance.slave, f"get{other}")([reference]))

@@ -42,7 +42,7 @@ def test_the_tags_of_a_folder_are_the_inputs_and_outputs_of_its_fmu(plcfmu, tmp_
     assert [line.split(maxsplit=1)[1].strip() for line in table if line.startswith("  SCL")] == [
         "1 organization block, 1 function block"
     ]
-    assert "  tags        10 tags, 9 in use; 1 constant, of 1 table" in table
+    assert "  tags        10 tags, 9 in use; 1 constant, from 1 table" in table
     assert not any("missing" in line for line in table)
     # As in the table of tags itself, read with other code.
     tags = (MIXER / "tags/Mixer.xml").read_text(encoding="utf-8")

@@ -142,7 +142,7 @@ def test_a_zip_of_a_project_opens_as_a_whole_with_its_tags(open_tool, command, t
     page.get_by_text("The project: 3 sources").click()
     survey = page.locator(".survey").inner_text()
     assert "1 organization block, 1 function block" in survey
-    assert "10 tags, 9 in use; 1 constant, of 1 table" in survey
+    assert "10 tags, 9 in use; 1 constant, from 1 table" in survey
     # Inputs have the names of the tag table.
     set_input(page, "'Lid closed'", True)
     set_input(page, "Start", True)

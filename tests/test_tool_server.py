@@ -778,7 +778,7 @@ def test_a_folder_opens_as_a_whole_and_again_when_a_file_below_it_is_saved(start
     page = open_page(start(folder))
     page.get_by_text("The project: 3 sources").click()
     # Its tag table, which is in a folder below it, makes inputs of the tags.
-    page.get_by_text("10 tags, 9 in use; 1 constant, of 1 table").wait_for()
+    page.get_by_text("10 tags, 9 in use; 1 constant, from 1 table").wait_for()
     page.locator('[data-input="\'Lid closed\'"]').wait_for()
     source = folder / "Mixer.scl"
     source.write_text(source.read_text().replace("END_FUNCTION_BLOCK", "// saved again\nEND_FUNCTION_BLOCK"))

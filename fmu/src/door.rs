@@ -101,7 +101,8 @@ impl<B: Cyclic, H: Host> Door<B, H> {
 #[cold]
 fn panic_refusal(panic: Box<dyn Any + Send>) -> Refusal {
     let text = panic.downcast_ref::<&str>().copied().or(panic.downcast_ref::<String>().map(String::as_str));
-    let reason = format!("panic in the block: {}; the instance is locked", text.unwrap_or("no message"));
+    let reason =
+        format!("panic in the block: {}; the instance is locked and can only be freed", text.unwrap_or("no message"));
     discard(panic);
     Refusal::new(Answer::Fatal, reason)
 }

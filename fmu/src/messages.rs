@@ -34,7 +34,7 @@ pub(crate) use messages;
 messages! {
     // Calls and their arguments
     not_now(state: &str, allowed: &str): "not allowed in state {state}, only in {allowed}";
-    no_elements(name: &str, count: usize): "{name} is NULL but must have {count} elements";
+    no_elements(name: &str, count: usize): "{name} is NULL; an array of length {count} is required";
     too_many_elements(name: &str, count: usize): "{name} cannot have {count} elements";
     no_target(name: &str): "{name} is NULL";
     no_name(): "instanceName is NULL or empty: give the instance a name";

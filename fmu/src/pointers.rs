@@ -235,7 +235,7 @@ mod tests {
         // SAFETY: NULL, which is recognized before it is read.
         let of = |length| unsafe { array::<f64>(ptr::null(), length, "value") };
         assert!(of(0).unwrap().is_empty());
-        assert_eq!(of(3).unwrap_err().reason(), "value is NULL but must have 3 elements");
+        assert_eq!(of(3).unwrap_err().reason(), "value is NULL; an array of length 3 is required");
         let value = 1.5;
         // SAFETY: one element is there; the other lengths are refused before anything is read.
         let of = |length| unsafe { array(&raw const value, length, "value") };

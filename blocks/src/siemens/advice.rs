@@ -35,7 +35,7 @@ pub(crate) fn cont_c(block: &ContC, path: &str) -> Vec<String> {
         if i16::try_from(rnd(lmn * 276.48)).is_err() {
             let lmn = shown(lmn);
             advice.push(format!(
-                "{path}LMN can reach {lmn} ({name} * LMN_FAC + LMN_OFF): above 118.5 %, LMN_PER wraps around to the opposite sign"
+                "{path}LMN can reach {lmn} ({name} * LMN_FAC + LMN_OFF): beyond 118.5 % in either direction, LMN_PER wraps around to the opposite sign"
             ));
         }
     }
@@ -181,7 +181,7 @@ mod tests {
         let block = ContC { man_on: true, man: 1e-40, lmn_hlm: 3.4e38, ..automatic() };
         let expected = [
             "MAN_ON is TRUE: LMN follows MAN = 1e-40 within its limits until MAN_ON is FALSE",
-            "LMN can reach 3.4e38 (LMN_HLM * LMN_FAC + LMN_OFF): above 118.5 %, LMN_PER wraps around to the opposite sign",
+            "LMN can reach 3.4e38 (LMN_HLM * LMN_FAC + LMN_OFF): beyond 118.5 % in either direction, LMN_PER wraps around to the opposite sign",
         ];
         assert_eq!(block.advice(), expected);
     }
@@ -202,8 +202,8 @@ mod tests {
     fn a_manipulated_value_at_which_lmn_per_wraps_is_named() {
         let block = ContC { lmn_fac: 1.5, lmn_off: -10.0, lmn_llm: -100.0, ..automatic() };
         let expected = [
-            "LMN can reach 140 (LMN_HLM * LMN_FAC + LMN_OFF): above 118.5 %, LMN_PER wraps around to the opposite sign",
-            "LMN can reach -160 (LMN_LLM * LMN_FAC + LMN_OFF): above 118.5 %, LMN_PER wraps around to the opposite sign",
+            "LMN can reach 140 (LMN_HLM * LMN_FAC + LMN_OFF): beyond 118.5 % in either direction, LMN_PER wraps around to the opposite sign",
+            "LMN can reach -160 (LMN_LLM * LMN_FAC + LMN_OFF): beyond 118.5 % in either direction, LMN_PER wraps around to the opposite sign",
         ];
         assert_eq!(block.advice(), expected);
     }

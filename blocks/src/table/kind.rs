@@ -95,8 +95,8 @@ kinds! {
     DInt  "DINT"  "DInt"  4 Integer Integer [i32::MIN, i32::MAX], "a DINT accepts -2147483648 ... 2147483647", "A 32-bit integer.";
     UDInt "UDINT" "UDInt" 4 Real Integer [0, u32::MAX], "a UDINT accepts 0 ... 4294967295", "An unsigned 32-bit integer.";
     DWord "DWORD" "DWord" 4 Integer Bits [0, u32::MAX], "a DWORD accepts -2147483648 ... 4294967295", "32 bits.";
-    LInt  "LINT"  "LInt"  8 Real Integer [i64::MIN, i64::MAX], "an LINT accepts integers from -9007199254740992 to 9007199254740992 here", "A 64-bit integer.";
-    ULInt "ULINT" "ULInt" 8 Real Integer [0, u64::MAX], "a ULINT accepts integers from 0 to 9007199254740992 here", "An unsigned 64-bit integer.";
-    LWord "LWORD" "LWord" 8 Real Bits [0, u64::MAX], "an LWORD accepts integers from 0 to 9007199254740992 here", "64 bits.";
-    LTime "LTIME" "LTime" 8 Real Duration [i64::MIN, i64::MAX], "an LTIME accepts -9007199.254740992 ... 9007199.254740992 s here", "Nanoseconds.";
+    LInt  "LINT"  "LInt"  8 Real Integer [i64::MIN, i64::MAX], "an LINT passed as a double accepts integers from -9007199254740992 to 9007199254740992", "A 64-bit integer.";
+    ULInt "ULINT" "ULInt" 8 Real Integer [0, u64::MAX], "a ULINT passed as a double accepts integers from 0 to 9007199254740992", "An unsigned 64-bit integer.";
+    LWord "LWORD" "LWord" 8 Real Bits [0, u64::MAX], "an LWORD passed as a double accepts integers from 0 to 9007199254740992", "64 bits.";
+    LTime "LTIME" "LTime" 8 Real Duration [i64::MIN, i64::MAX], "an LTIME passed as a double accepts -9007199.254740992 ... 9007199.254740992 s", "Nanoseconds.";
 }

@@ -370,7 +370,7 @@ impl Library for Program {
     /// the program or to one of its presets; a preset's start values are also in the resources.
     fn open(identity: Identity, location: Argument) -> Result<Origin<Program>, Refusal> {
         if identity.value.is_none() {
-            return Err(format!("{} = NULL: use the FMU's modelDescription.xml", identity.name).into());
+            return Err(format!("{} = NULL: pass the value from the FMU's modelDescription.xml", identity.name).into());
         }
         let file = |name: &str| {
             resources::read(location, name, LARGEST).map_err(|why| {
@@ -406,7 +406,7 @@ impl Library for Program {
         }
         if resources::read(location, start::FILE, start::LARGEST).is_err() {
             return Err(format!(
-                "{} = {}: the program in resources is {}: it was changed or replaced; unpack the FMU again",
+                "{} = {}: the program in resources has the identifier {}, so it was changed or replaced; unpack the FMU again",
                 identity.name,
                 identity.shown(),
                 identity.text(loaded.hash)

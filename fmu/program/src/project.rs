@@ -74,7 +74,7 @@ pub fn parts(manifest: &Manifest, sources: Vec<Source>, tables: Vec<(String, Tag
                 Some((_, earlier)) if is_same(earlier, &declared) => continue,
                 Some((earlier, _)) => {
                     return Err(format!(
-                        "{earlier} and {file} declare {name:?} differently: correct one of them, or omit its file"
+                        "{earlier} and {file} declare {name:?} differently: correct one of them, or omit one of the files"
                     ));
                 }
                 None => {}

@@ -34,7 +34,7 @@ pub fn rows(parts: &Parts, rest: &str) -> Vec<(&'static str, String)> {
             count => format!("; {}", counted(count, "constant", "constants")),
         };
         let of = counted(tables.len(), "table", "tables");
-        rows.push(("tags", format!("{}{used}{constants}, of {of}", counted(tags, "tag", "tags"))));
+        rows.push(("tags", format!("{}{used}{constants}, from {of}", counted(tags, "tag", "tags"))));
     }
     rows.extend(missing(&survey, rest).into_iter().map(|text| ("missing", text)));
     rows

@@ -9,12 +9,12 @@ messages! {
     no_configuration_mode(): "the FMU has no structural parameters and no Configuration Mode";
     none_of_this_type(kind: &str): "the FMU has no {kind} variables";
     inside_array(reference: u32, array: u32):
-        "value reference {reference} is unknown: it is an element of the array with value reference {array}";
-    wrong_count(count: usize, found: usize): "nValues = {count}: the variables have {found} values";
+        "value reference {reference} is an element of an array: use {array}, the value reference of the array";
+    wrong_count(count: usize, found: usize): "nValues = {count}: must be {found} for these variables";
     time_is_float64(reference: u32): "value reference {reference} is the time, of type Float64: use fmi3GetFloat64";
     time_is_read(reference: u32): "value reference {reference} is the time, of type Float64: it can only be read";
     no_dependencies(reference: u32):
         "value reference {reference} is not an output: only outputs have dependencies";
-    wrong_dependency_count(count: usize, found: usize): "nDependencies = {count}: the variable has {found}";
+    wrong_dependency_count(count: usize, found: usize): "nDependencies = {count}: must be {found} for this variable";
     step_of_zero(): "communicationStepSize = 0.0: must be above 0";
 }

@@ -464,7 +464,7 @@ fn a_project_has_its_tags_and_a_list_of_what_is_assumed() {
     assert_eq!(refused["fmu"], Value::Null);
     let survey = json!([
         ["SCL", "1 organization block"],
-        ["tags", "2 tags, 2 in use, of 1 table"],
+        ["tags", "2 tags, 2 in use, from 1 table"],
         ["missing", "1 tags: \"Ready\""],
     ]);
     assert_eq!(refused["survey"].as_array().map(Vec::len), survey.as_array().map(Vec::len), "{}", refused["survey"]);
