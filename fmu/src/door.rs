@@ -45,8 +45,8 @@ impl<B: Cyclic, H: Host> Door<B, H> {
         }
     }
 
-    /// Runs a function on the component if its state allows that, and catches panics. Every function on a component is
-    /// run by this one.
+    /// Runs a function on the component if its state allows it, and catches panics. All functions on a component are
+    /// run this way.
     #[inline(always)]
     pub fn enter(
         &mut self,

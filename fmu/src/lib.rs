@@ -42,9 +42,9 @@
 //! [`instance`] gets and sets values by number, [`state`] defines what is allowed when, [`component`] saves states,
 //! [`preset`] reads other start values, [`mod@door`] catches panics and logs; [`refusal`] states why a call is refused,
 //! and [`describe`] prints the library's interface from the block's [`table`]. [`ordinary`] is the fast path for the
-//! calls of every cycle, and [`abreast`] the same for several instances at a time. [`v2`] is FMI 2.0 for co-simulation
-//! on top of this core: a table of C functions, which shares its unsafe code with other versions in `pointers`. [`v3`]
-//! is FMI 3.0.
+//! calls of every cycle, and [`abreast`] the same for several instances at a time. On top of this core, [`v2`] is FMI
+//! 2.0 for co-simulation, a table of C functions, and [`v3`] is FMI 3.0; most of their unsafe code is shared, in
+//! `pointers`.
 //!
 //! Data flows one way: `v2` turns pointers into references, the door checks the state, the session asks the clock, and
 //! the block's law computes. Between the C function and the law there is no dynamic dispatch and no allocation.
@@ -81,7 +81,7 @@ pub mod v3;
 
 pub use v2::{CAPABILITIES, describe};
 
-/// The FMI 3.0 C door with these types, or the FMI 2.0 one if there are none.
+/// The FMI 3.0 C door with these types; the FMI 2.0 one if `types` is `None`.
 pub fn door(types: Option<blocks::Types>) -> &'static sources::Door {
     match types {
         None => &v2::sources::DOOR,

@@ -2,7 +2,7 @@
 //! writes a page. In a browser, the page has the help separately, so the engine contains only the first paragraph and
 //! the dialog.
 
-/// Whether the documentation is reduced to the parts needed to run the block.
+/// Whether only the first paragraph and the dialog are compiled in.
 pub const IS_SHORT: bool = cfg!(target_family = "wasm");
 
 /// Returns the byte ranges of the first paragraph and of the dialog, which may be empty.

@@ -127,8 +127,8 @@ fn tell_conversion<B: Cyclic>(c: &mut Component<B>, references: &[u32]) {
     c.advise_on_conversion(|| messages::counts_as_real(&name, kind));
 }
 
-// FMI 2.0, section 4.2.4, in the order given there. Two rows are more lenient because real hosts need it: in state
-// instantiated, Get also works and returns the start values, and inputs may be set.
+// FMI 2.0, section 4.2.4, in the order given there. The table is more lenient than the standard because real hosts need
+// it: in state instantiated, Get also works and returns the start values, and inputs may be set.
 functions! {
     ($) export_fmi2: v2, in "stepComplete", with Boolean, CallbackFunctions, Pointer, StateAddress, Status, c_char, c_int;
     fmi2GetTypesPlatform() -> *const c_char { c"default".as_ptr() };
@@ -312,7 +312,7 @@ macro_rules! export_interface {
 /// Copies the library's description of itself (see [`describe`]) to `buffer`, at most `size` bytes, and returns
 /// its full length in bytes.
 pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
-    // Other programs search the library file for these strings; values used here are kept in it unchanged.
+    // Other programs search the library file for these strings; `black_box` keeps the compiler from removing them.
     std::hint::black_box(Code::<B>::TEXT);
     std::hint::black_box(&Guid::<B>::TOKENS);
     let json = describe(B::TABLE, Guid::<B>::TEXT);

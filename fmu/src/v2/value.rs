@@ -1,4 +1,5 @@
-//! PLC values in FMI 2.0: REAL, LREAL and TIME are Real, WORD and INT Integer, BOOL Boolean.
+//! PLC values in FMI 2.0: floating-point numbers, durations, UDINT and 64-bit types are Real, all other integers and
+//! bit strings Integer, and BOOL is Boolean.
 
 use super::Fmi2;
 use crate::cyclic::Cyclic;

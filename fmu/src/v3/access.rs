@@ -15,7 +15,8 @@ pub fn time_reference<S: TableText>(table: &Table<S>) -> u32 {
     (table.rows.len() + table.texts.len()) as u32
 }
 
-/// The references of the elements of these variables, `count` in total.
+/// The references of all elements of these variables. Refuses a reference inside an array, and any number of elements
+/// other than `count`.
 fn elements<'a, V: Choice, B: Cyclic>(
     block: &B,
     references: &'a [u32],
