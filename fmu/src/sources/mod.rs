@@ -224,7 +224,7 @@ fn functions(text: &mut String, functions: &[Function]) {
         let all: Vec<String> = allowed.map(|(_, letter)| format!("PLCFMU_{letter}")).collect();
         if all.is_empty() { "0".to_string() } else { all.join(" | ") }
     };
-    text.push_str("\n/* The functions and the states in which they are allowed. Two rows are more lenient than the standard because hosts\n   need it: in state instantiated, Get works and returns the start values, and inputs may be set. */\n");
+    text.push_str("\n/* The functions and the states in which they are allowed. These are more lenient than the standard because hosts\n   need it: in state instantiated, Get works and returns the start values, and inputs may be set. */\n");
     text.push_str("static const plcfmu_function_t plcfmu_functions[] = {\n");
     for function in functions {
         let _ = writeln!(text, "    {{\"{}\", {}}},", function.name, states(function));
@@ -291,7 +291,7 @@ fn table(parts: &Parts) -> String {
 #define PLCFMU_MEMORY {memory}u /* bytes */
 #define PLCFMU_BUDGET {budget} /* statements in a call */
 #define PLCFMU_IS_BLOCK {} /* 1: a block, whose memory contains its cycle; 0: a program */
-#define PLCFMU_IN_OUTS {} /* whether there are variables that the host sets and the program writes */
+#define PLCFMU_IN_OUTS {} /* whether there are variables that both the host and the program write */
 #define PLCFMU_MAY_STOP {} /* whether a call can be stopped: by an index out of bounds or an endless loop */
 #define PLCFMU_CALL {}
 #define PLCFMU_TEST_CALLS {calls}
@@ -349,7 +349,7 @@ fn table(parts: &Parts) -> String {
 /// Appends the reasons why a block rejects settings.
 fn refusals(text: &mut String, check: &Check) {
     let _ =
-        writeln!(text, "#define PLCFMU_CHECK {} /* refuses settings with which the block cannot run */", check.call);
+        writeln!(text, "#define PLCFMU_CHECK {} /* rejects settings with which the block cannot run */", check.call);
     let _ =
         writeln!(text, "#define PLCFMU_REFUSAL {} /* the address of the message number, 0 for none */", check.refusal);
     let _ = writeln!(
@@ -391,7 +391,7 @@ fn kinds(text: &mut String) {
         "
 typedef struct {
     size_t size;    /* bytes */
-    double lowest;  /* of an integer; an LTIME in nanoseconds */
+    double lowest;  /* range of an integer or, in nanoseconds, of an LTIME */
     double highest;
     const char *takes;
 } plcfmu_kind_t;
@@ -495,7 +495,7 @@ typedef struct {{
     };
     let all: Vec<Vec<u32>> = (0..count as u32).map(one).collect();
     if layout.is_some() {
-        let of = "The elements of each variable; an element other than the first has none and refers to its array";
+        let of = "The elements of each variable; any element but the first has count 0 and its array's reference";
         lists(text, of, ("plcfmu_parts", "plcfmu_elements"), &all, |reference| Some(array(reference as u32)));
     }
     if door.has_dependencies {
@@ -579,7 +579,7 @@ typedef struct {{
     size_t size;   /* in memory, bytes */
     u32_t most;    /* characters */
     int is_wide;   /* characters have 16 bits */
-    size_t given;  /* where it is returned to the host */
+    size_t given;  /* offset of the copy that is returned to the host */
 }} plcfmu_text_row_t;
 
 static const plcfmu_text_row_t plcfmu_text_rows[] = {{
