@@ -529,7 +529,7 @@ def test_both_doors_answer_alike_in_event_mode_with_arrays_and_exact_types(early
     told = same(lambda of: of.call("SetDebugLogging", True, ctypes.c_size_t(1), category))[1]
     assert rb'category "a\u{1}\"\n\u{1f}\u{7f}" is unknown' in told[0][2]
     for function, given in [("GetFMUState", (None,)), ("FreeFMUState", (None,)), ("DeserializeFMUState", (b"", ctypes.c_size_t(0), None))]:
-        assert same(lambda of: of.call(function, *given))[1][0][2].endswith(b": FMUState is NULL")
+        assert same(lambda of: of.call(function, *given))[1][0][2].endswith(b": FMUState is NULL; it must point to a variable")
     same(lambda of: of.call("SetFMUState", ctypes.c_void_p(8)))
 
 

@@ -35,8 +35,8 @@ messages! {
     // Calls and their arguments
     not_now(state: &str, allowed: &str): "not allowed in state {state}, only in {allowed}";
     no_elements(name: &str, count: usize): "{name} is NULL; an array of length {count} is required";
-    too_many_elements(name: &str, count: usize): "{name} cannot have {count} elements";
-    no_target(name: &str): "{name} is NULL";
+    too_many_elements(name: &str, count: usize): "{name} cannot have {count} elements: they would not fit in memory";
+    no_target(name: &str): "{name} is NULL; it must point to a variable";
     no_name(): "instanceName is NULL or empty: give the instance a name";
     other_library(name: &str, given: &str, own: &str):
         "{name} = {given}: this library is {own}; use the modelDescription.xml that came with it";
@@ -60,8 +60,8 @@ messages! {
     no_text(name: &str): "{name} = NULL: a string is required; it may be empty";
     not_utf8(name: &str, byte: usize): "{name}: the string is not UTF-8: byte {byte} is invalid";
     no_real_input(name: &str): "{name} is not a Real input: only Real inputs have derivatives";
-    wrong_order(name: &str, order: i32): "{name}: order {order}: must be 1 to 4";
-    endless_derivative(name: &str, derivative: f64): "{name}: derivative {derivative:?}: must be finite";
+    wrong_order(name: &str, order: i32): "{name}: the order of a derivative must be 1 to 4, not {order}";
+    endless_derivative(name: &str, derivative: f64): "{name}: a derivative must be finite, not {derivative:?}";
     extrapolated(name: &str, seconds: f64, range: &str):
         "{name}, extrapolated over {seconds:?} s, may leave its range: {range}";
 

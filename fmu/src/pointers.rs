@@ -242,7 +242,10 @@ mod tests {
         assert_eq!(of(1).unwrap(), [1.5]);
         let longest = isize::MAX as usize / 8;
         for length in [longest + 1, usize::MAX] {
-            assert_eq!(of(length).unwrap_err().reason(), format!("value cannot have {length} elements"));
+            assert_eq!(
+                of(length).unwrap_err().reason(),
+                format!("value cannot have {length} elements: they would not fit in memory")
+            );
         }
     }
 }

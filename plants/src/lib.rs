@@ -63,7 +63,7 @@ pub const fn place(module: &str) -> usize {
         place += 1;
     }
     panic!(
-        "no plant in plants/src/lib.rs has this name: name the package after the plant's file, and add it to the macro `plants`"
+        "no plant in plants/src/lib.rs has this name: name the package after the plant's file, and add the plant to `plants!`"
     )
 }
 

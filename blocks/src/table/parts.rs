@@ -25,7 +25,7 @@ pub const fn upper<const N: usize>(name: &str) -> [u8; N] {
 pub const fn text(bytes: &[u8]) -> &str {
     match std::str::from_utf8(bytes) {
         Ok(text) => text,
-        Err(_) => panic!("a name is UTF-8"),
+        Err(_) => panic!("a name must be UTF-8"),
     }
 }
 

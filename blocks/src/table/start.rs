@@ -127,7 +127,7 @@ fn value(written: &str, kind: Kind) -> Result<Value, String> {
         (Kind::Bool, "true") => 1.0,
         (Kind::Bool, "false") => 0.0,
         (Kind::Bool, _) => return Err("a BOOL must be true or false".into()),
-        _ => written.parse().map_err(|_| "it is not a number")?,
+        _ => written.parse().map_err(|_| "not a number")?,
     };
     let value = to_value(number, kind)?;
     match text(value) {
@@ -224,7 +224,7 @@ mod tests {
             ("ON = false\n", "", "ON is missing"),
             ("ON = false", "FLOW = 0.5", "FLOW occurs twice"),
             ("ON = false", "ON = 0", "ON = 0: a BOOL must be true or false"),
-            ("LEVEL = -1", "LEVEL = x", "LEVEL = x: it is not a number"),
+            ("LEVEL = -1", "LEVEL = x", "LEVEL = x: not a number"),
             ("LEVEL = -1", "LEVEL = 65535", "LEVEL = 65535: this WORD must be written as -1"),
             ("LEVEL = -1", "LEVEL = 65536", "LEVEL = 65536: a WORD accepts -32768 ... 65535"),
             ("STAGES = -7", "STAGES = 0.5", "STAGES = 0.5: an INT accepts -32768 ... 32767"),

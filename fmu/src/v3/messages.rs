@@ -4,7 +4,7 @@ pub(crate) use crate::messages::*;
 
 messages! {
     no_simulation_of_this_kind(): "this FMU is for co-simulation only: call fmi3InstantiateCoSimulation";
-    function_of_another_kind(kind: &str): "this function is for {kind}, and this FMU is for co-simulation only";
+    function_of_another_kind(kind: &str): "this function is for {kind}, but this FMU is for co-simulation only";
     no_structural_parameters(): "the FMU has no structural parameters";
     no_configuration_mode(): "the FMU has no structural parameters and no Configuration Mode";
     none_of_this_type(kind: &str): "the FMU has no {kind} variables";
