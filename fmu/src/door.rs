@@ -112,7 +112,7 @@ fn discard<T>(value: T) {
     if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value)))
         && let Err(another) = catch_unwind(AssertUnwindSafe(|| drop(panic)))
     {
-        // The payload panicked when it was dropped. The payload of that panic is leaked.
+        // Dropping the payload panicked, too. The second payload is leaked: dropping it might panic again.
         std::mem::forget(another);
     }
 }

@@ -57,7 +57,7 @@ impl<B: Cyclic> Instance<B> {
     /// Checks that the function may be called in the current state.
     ///
     /// # Errors
-    /// The state, and the states in which the function may be called.
+    /// The function may not be called; the message states the current state and the permitted ones.
     #[inline(always)]
     pub fn may(&self, function: &Function) -> Result<(), Refusal> {
         self.state.may(function)
@@ -145,7 +145,7 @@ impl<B: Cyclic> Instance<B> {
         self.session.block.advice()
     }
 
-    /// Advice on a completed step of `h` seconds, if something may be wrong with it.
+    /// Advice on a completed step of `h` seconds, if it is suspiciously short compared with CYCLE.
     pub fn advice_on_step(&self, h: f64) -> Option<String> {
         self.session.advice_on_step(h)
     }

@@ -97,7 +97,7 @@ impl Selection {
     }
 }
 
-/// The text of a log message: the function's name and the message, escaped as the standard requires.
+/// The text of a log message: the function's name and the message, without NUL and with each `#` doubled.
 pub fn text(function: &Function, message: &str) -> CString {
     // A NUL would end the text early; `#` would start a reference to a variable.
     let text = format!("{}: {message}", function.name).replace('\0', "").replace('#', "##");

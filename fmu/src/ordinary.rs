@@ -21,7 +21,7 @@ use crate::session::Session;
 use blocks::table::number;
 use blocks::{Kind, Real, Role, Table, Value};
 
-/// After one check, this many further steps of one CYCLE need no check.
+/// The number of steps of one CYCLE that one check covers, including the current one.
 const ORDINARY_STEPS: i64 = 1000;
 
 /// A type in which a host passes a value for a REAL.

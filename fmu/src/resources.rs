@@ -2,8 +2,8 @@
 //!
 //! Hosts write the URI of a folder in many ways: `file:///x`, `file:/x`, `file://localhost/x`, `file:////x`, with or
 //! without percent escapes, with backslashes, with a trailing slash, or as a plain path. If a string may refer to
-//! several folders, the first that contains the file is used; the identifier of the file's content shows whether it is
-//! the right one.
+//! several folders, the first that contains the file is used; the identifier derived from its content shows whether it
+//! is the right one.
 
 use crate::preset::Argument;
 use std::fs::{self, File};

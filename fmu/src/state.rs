@@ -53,7 +53,7 @@ impl State {
     /// Checks that the function may be called in this state.
     ///
     /// # Errors
-    /// The state, and the states in which the function may be called.
+    /// The function may not be called; the message states the current state and the permitted ones.
     #[inline(always)]
     pub fn may(self, function: &Function) -> Result<(), Refusal> {
         if self.allows(function) { Ok(()) } else { Err(self.not_now(function)) }

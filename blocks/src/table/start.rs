@@ -36,7 +36,7 @@ pub struct Start {
     pub preset: String,
     /// The name of the block.
     pub block: String,
-    /// The fingerprint of the block's table in the library.
+    /// The identifier of the FMU from which the preset was created.
     pub library: String,
     /// The name and value of each setting.
     pub values: Vec<(String, String)>,

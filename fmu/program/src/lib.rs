@@ -140,8 +140,8 @@ pub struct Program {
     cycle: i32,
     /// The number of calls since the restart.
     calls: u64,
-    /// One value per row, as bits. Used only for rows that the program also writes or that apply at the start: the
-    /// values set by the host.
+    /// The values set by the host, as bits: one per row, but used only for rows that the program also writes or that
+    /// apply at the start.
     set: Vec<u64>,
     stopped: Option<String>,
     /// Whether to record which lines the last call executed.

@@ -29,7 +29,7 @@ pub fn ending(file: &str) -> String {
     name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase()
 }
 
-/// The kind of a file, determined by its extension and, if necessary, its text. A workbook counts as a table.
+/// The kind of a file, determined by its extension and, for XML, its text. Every workbook counts as a tag table.
 pub fn kind(file: &str, text: impl FnOnce() -> Option<String>) -> Kind {
     match ending(file).as_str() {
         "sdf" | "xlsx" => Kind::Table,

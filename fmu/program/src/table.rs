@@ -232,7 +232,7 @@ fn spelled(name: &str) -> String {
 /// The roles that the manifest assigns to variables, by variable index.
 ///
 /// # Errors
-/// The program has no variable with one of the names that could have the role.
+/// The program has no variable with a given name that could have the assigned role.
 fn chosen(manifest: &Manifest, root: &Root, variables: &[&Variable]) -> Result<HashMap<usize, Role>, String> {
     use interface::Role::{Input, Local, Parameter};
     let mut chosen = HashMap::new();

@@ -12,7 +12,7 @@
 #define PLCFMU_EPSILON 2.220446049250313e-16
 #define PLCFMU_RESOLUTION (PLCFMU_EPSILON * 1000.0)  /* resolution of a double at 1 s, in milliseconds */
 #define PLCFMU_MOST_CALLS 4294967296.0               /* maximum in one step; a day at 1 ms has 86 million */
-#define PLCFMU_ORDINARY_STEPS 1000.0                 /* after a check, this many steps need none */
+#define PLCFMU_ORDINARY_STEPS 1000.0                 /* steps covered by one check, with the current one */
 #define PLCFMU_INFINITY plcfmu_f64_of(0x7FF0000000000000ull)
 
 /* The calls of one step. */

@@ -93,8 +93,8 @@ unsafe fn answer<T>(pointer: *mut T, value: Result<T, Refusal>) -> Result<(), Re
     Ok(())
 }
 
-/// Refuses a status kind that has no value unless a step is pending: fmi2DoStepStatus, fmi2PendingStatus and unknown
-/// kinds.
+/// Refuses a status kind that a function cannot answer, such as fmi2DoStepStatus or fmi2PendingStatus, which apply only
+/// while a step is pending.
 fn no_status<T>(kind: c_int) -> Result<T, Refusal> {
     Err(Refusal::new(Answer::Discard, messages::no_status(kind)))
 }

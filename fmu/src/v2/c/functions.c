@@ -340,8 +340,8 @@ fmi2Status fmi2CancelStep(fmi2Component instance) {
     PLCFMU_ANSWER(CancelStep, plcfmu_say_nothing_to_cancel(&c->text));
 }
 
-/* Refuses a status kind that has no value unless a step is pending: fmi2DoStepStatus, fmi2PendingStatus and unknown
-   kinds. */
+/* Refuses a status kind that a function cannot answer, such as fmi2DoStepStatus or fmi2PendingStatus, which apply only
+   while a step is pending. */
 static fmi2Status plcfmu_no_status(plcfmu_component_t *c, int kind, const void *value) {
     if (plcfmu_target(&c->text, value, "value") != fmi2OK) {
         return fmi2Error;
