@@ -96,7 +96,7 @@ pub struct Calls {
 }
 
 impl Clock {
-    /// A clock at `start`; `stop` is infinite if there is none.
+    /// A clock at `start`, in seconds, that runs until `stop`, which is infinite if there is no stop time.
     pub fn new(start: f64, stop: f64, cycle: Time) -> Clock {
         Clock {
             start,

@@ -45,7 +45,7 @@ pub trait HostType<V: Version>: Copy {
         ordinary::set_values(block, references, values)
     }
 
-    /// Reads variables in the ordinary case. In every other case, returns false and writes nothing.
+    /// Reads variables in the ordinary case. In every other case, returns false and leaves `values` unchanged.
     #[inline(always)]
     fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
         ordinary::get_values(block, references, values)

@@ -101,7 +101,7 @@ pub struct Preset<B> {
 }
 
 impl<B: Block> Preset<B> {
-    /// The preset with this identifier, whose start values are read from the resources folder.
+    /// Reads the preset with this identifier from the resources folder.
     ///
     /// # Errors
     /// See [`read`].

@@ -26,7 +26,8 @@ enum Style {
 /// Reads a file of at most `limit` bytes from the folder with this URI; also returns its path.
 ///
 /// # Errors
-/// The problem, worded to follow "but".
+/// The URI is not that of a folder, or the file is missing, unreadable or too large. The message is worded to follow
+/// "but".
 pub fn read(location: Argument, name: &str, limit: u64) -> Result<(String, Vec<u8>), String> {
     let Argument { name: argument, value } = location;
     let location = value.ok_or_else(|| format!("{argument} is NULL"))?.to_bytes();
@@ -125,9 +126,9 @@ fn local_path(text: &[u8], style: Style) -> Vec<u8> {
             match style {
                 _ if host.is_empty() || host.eq_ignore_ascii_case(b"localhost") => path.to_vec(),
                 Style::Windows if is_drive(host) => rest.to_vec(),
-                // A network share.
+                // A network share, `//server/share`.
                 Style::Windows => text.to_vec(),
-                // A missing slash.
+                // One slash too few: the supposed host is part of the path.
                 Style::Unix => [b"/", rest].concat(),
             }
         }

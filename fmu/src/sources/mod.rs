@@ -32,7 +32,7 @@ const DATA: &str = include_str!("data.c");
 /// The code for texts, or for their absence.
 const TEXTS: [&str; 2] = [include_str!("texts.c"), include_str!("no_texts.c")];
 
-/// The host's calls on an instance.
+/// What a host can request of an instance, in any version of the standard.
 const INSTANCE: &str = include_str!("instance.c");
 
 /// Calls as events, for versions that have them.
@@ -105,7 +105,7 @@ pub struct Parts<'a> {
     /// For each variable, its address in memory, in bytes, and when it receives the value set by the host. The entry
     /// for a program's cycle is not used.
     pub places: &'a [(usize, TakesEffect)],
-    /// The variables and texts that are elements of arrays.
+    /// The arrays to which value references refer; `None` if there are none.
     pub layout: Option<&'a Layout>,
     /// Its texts, each with its address in memory and its size in bytes.
     pub texts: &'a [(Text, usize, usize)],
@@ -157,7 +157,7 @@ pub struct Check<'a> {
     pub messages: &'a [String],
 }
 
-/// A number in a saved state.
+/// A part of memory in a saved state: a number or, for a program, all memory.
 #[derive(Clone, Debug)]
 pub struct Field {
     /// Its name, for human readers.
@@ -465,7 +465,7 @@ static const plcfmu_row_t plcfmu_rows[] = {
     );
 }
 
-/// Appends the variables of value references and the dependencies of outputs.
+/// Appends the array elements to which value references refer, and the dependencies of outputs.
 fn references(text: &mut String, parts: &Parts) {
     let Parts { door, variables, layout, .. } = parts;
     let layout = layout.filter(|_| door.has_arrays);
@@ -707,8 +707,8 @@ pub fn tape<S: Subject>(variables: &[Row], subject: &mut S) -> Result<(u32, u128
     Ok((CALLS, hash))
 }
 
-/// A value for the tape, derived from a number from 0 to 2^24 - 1. One in four BOOLs is TRUE, and half of the inputs
-/// are small, so that a controller is not constantly being restarted or at a limit.
+/// A value for the tape, derived from a number from 0 to 2^24 - 1. On average, one in four BOOLs is TRUE and half of
+/// the floating-point inputs are small, so that a controller is not constantly being restarted or at a limit.
 fn drawn(of: &Row, number: f64) -> f64 {
     let (low, high) = range(of);
     let between = low + (high - low) * (number / 16_777_216.0);
