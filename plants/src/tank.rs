@@ -187,12 +187,12 @@ blocks::block! {
             l_per: Word, from l_start height l_per_0 l_per_100;
             /// Flow into the tank
             ///
-            /// FLOW_MAX times VALVE; 0 before the first step, because it depends on an input.
+            /// FLOW_MAX times VALVE; 0 until the first call, because it depends on an input.
             inflow: LReal, unit "l/min";
             /// Flow out of the tank through the outflow valve
             ///
-            /// Proportional to the square root of the level: four times the level gives twice the outflow. 0 before the
-            /// first step.
+            /// Proportional to the square root of the level: four times the level gives twice the outflow. 0 until the
+            /// first call.
             outflow: LReal, unit "l/min";
             /// The tank overflows
             ///

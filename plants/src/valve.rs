@@ -286,7 +286,7 @@ blocks::block! {
             lmnr_ls: Bool, from pos_start;
             /// Flow of the heating medium
             ///
-            /// FLOW_MAX times the characteristic times the square root of PRES / PRES_NOM; 0 before the first step,
+            /// FLOW_MAX times the characteristic times the square root of PRES / PRES_NOM; 0 until the first call,
             /// because it depends on an input.
             flow: LReal, unit "l/min";
             /// Temperature measured by the sensor, for PV_IN

@@ -122,7 +122,8 @@ crate::block! {
             /// Factor of the process value from PV_PER
             ///
             /// The scaling that normalizes the word: PV = PV_PER * 100 / 27648 * PV_FAC + PV_OFF. PV_FAC is the
-            /// transmitter's span divided by 100: 4 for 0 ... 400 degC. With 4 instead of 1, a quarter of the GAIN gives the same loop gain.
+            /// transmitter's span divided by 100: 4 for 0 ... 400 degC. With 4 instead of 1, a quarter of the GAIN gives
+            /// the same loop gain.
             pv_fac: Real = 1.0;
             /// Offset of the process value from PV_PER
             ///
