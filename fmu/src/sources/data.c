@@ -124,12 +124,12 @@ typedef struct {
 typedef struct {
     plcfmu_instance_t instance;
     plcfmu_block_t other; /* a scratch block, in addition to the instance's */
-    memory_t before;      /* the memory before a call */
+    memory_t before;      /* the memory before a call, restored if the call stops */
     plcfmu_saved_t *saved;
     plcfmu_logger_t logger;
     void *environment;
     char name[256];
-    i64_t ordinary_below; /* up to this tick, a step of one CYCLE from the last end is known to be ordinary */
+    i64_t ordinary_below; /* below this tick, a step of one CYCLE from the last end is known to be ordinary */
     double period;        /* the clock's CYCLE, s */
     int has_events;       /* calls are events that the host handles between steps */
     int may_return_early; /* a step may end early at a call */

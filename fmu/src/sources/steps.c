@@ -32,7 +32,8 @@ static plcfmu_clock_t plcfmu_clock(double start, double stop, i32_t cycle) {
 
 static double plcfmu_largest(double a, double b) { return a > b ? a : b; }
 
-/* Whether a step goes from the end of the last one, at a tick, to the next tick. No check can then fail. */
+/* Whether a step goes from the end of the last one, at a tick, to the next tick, with its only call at its start. No
+   check can then fail. */
 static int plcfmu_is_ordinary(const plcfmu_clock_t *clock, double tc, double h) {
     double period = clock->cycle / 1000.0, from_0 = plcfmu_abs_f64(clock->start);
     double resolved = 0.1 * clock->cycle / (PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION);
@@ -191,7 +192,7 @@ static plcfmu_status_t plcfmu_step(plcfmu_component_t *c, double tc, double h) {
         const char *range;
         i64_t bits;
         input->value = plcfmu_number(row->kind, plcfmu_bits(&instance->block, input->row));
-        /* The largest magnitude that the value can reach within the step. If that is in range, every value is. */
+        /* An upper bound of the value's magnitude within the step. If the bound is in range, every value is. */
         range = plcfmu_bits_of(plcfmu_at(plcfmu_abs_f64(input->value), input->derivatives, last, 1), row->kind, &bits);
         if (range != NULL) {
             return plcfmu_say_extrapolated(&c->text, row->name, last, range);

@@ -145,7 +145,7 @@ static void plcfmu_start(plcfmu_block_t *block) {
     block->stopped[0] = '\0';
 }
 
-/* Copies to memory the host's values of variables that the program also writes. */
+/* Copies to memory the time between two calls and the host's values of variables that the program also writes. */
 static void plcfmu_give(plcfmu_block_t *block) {
     u32_t row;
     for (row = 0; PLCFMU_IN_OUTS && row < PLCFMU_ROWS; row += 1) {
@@ -158,7 +158,7 @@ static void plcfmu_give(plcfmu_block_t *block) {
 #endif
 }
 
-/* Writes why a call was stopped. */
+/* Writes the reason why a call was stopped, with its place and time. */
 static void plcfmu_say_stop(const plcfmu_block_t *block, const call_t *call, plcfmu_text_t *text) {
     plcfmu_say(text, plcfmu_files[call->stopped >> 24]);
     plcfmu_say(text, ":");
@@ -309,7 +309,7 @@ static void plcfmu_restart(const plcfmu_block_t *from, plcfmu_block_t *to, memor
 #endif
 }
 
-/* One call, unless the program has stopped. */
+/* Makes one call, unless the program has stopped. */
 static void plcfmu_call(plcfmu_block_t *block, memory_t *before, plcfmu_text_t *text) {
     if (PLCFMU_MAY_STOP && block->stopped[0] != '\0') {
         return;

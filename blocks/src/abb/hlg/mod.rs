@@ -29,13 +29,13 @@ crate::block! {
             /// calls. With 0 the output stays where it is: to return to 0, ramp to a setpoint beyond it, such as -1000,
             /// and limit the output after the block, or use R.
             s1: Int = 0, min -32767, max 32767;
-            /// Start-up time TH in program cycles: the number of calls in which the output rises by |setpoint|
+            /// Start-up time TH as a number of program cycles: the calls in which the output rises by |setpoint|
             ///
             /// The time from 0 to a positive setpoint, divided by TZ: 400 for 4 s at TZ = 10 ms. It applies whenever
             /// the output rises, even from a negative value. The steps are whole numbers, and the remainder is carried
             /// over: from 0 to 10 in 4 calls gives 2, 5, 7, 10. With 0, the start value, the output jumps in one call.
             th_tz: Int = 0, min 0;
-            /// Return time TR in program cycles: the number of calls in which the output falls by |setpoint|
+            /// Return time TR as a number of program cycles: the calls in which the output falls by |setpoint|
             ///
             /// The time in which the output falls by the amount of the setpoint, divided by TZ; it applies whenever the
             /// output falls. With S0 = -500 and TR_TZ = 20 it falls by 25 per call. With 0, the start value, it jumps
