@@ -107,8 +107,8 @@ crate::block! {
             tm_lag: Time = Time::ms(2_000);
             /// Dead band: half the width of the band in which the error counts as 0
             ///
-            /// A difference of 5 with DEADB_W = 2 gives ER = 3. It prevents a limit cycle with a coarse actuator: choose
-            /// 1 for pulses with a resolution of 1 % and a plant gain of 2.
+            /// A difference of 5 with DEADB_W = 2 gives ER = 3. It prevents a limit cycle with a coarse actuator:
+            /// choose 1 for pulses with a resolution of 1 % and a plant gain of 2.
             deadb_w: Real = 0.0, min 0.0;
             /// High limit of the manipulated value; range: LMN_LLM ... 100 % or a physical value
             ///
