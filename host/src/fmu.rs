@@ -16,19 +16,19 @@ use std::path::{Path, PathBuf};
 /// when this value and the last instance have been dropped.
 #[derive(Debug)]
 pub struct Fmu {
-    /// Its description.
+    /// Its model description, with each array expanded to its elements.
     pub description: Description,
-    /// Its library.
+    /// Its loaded library.
     pub library: Opened,
-    /// The location of its resources in the form that the version requires: a URI, or a path.
+    /// The location of its resources in the form that its FMI version requires: a URI in FMI 2.0, a path in FMI 3.0.
     resources: String,
 }
 
 impl Fmu {
-    /// Unpacks and loads the FMU at `path`. This runs code of the FMU.
+    /// Unpacks and loads the FMU at `path`. This runs code from the FMU.
     ///
     /// # Errors
-    /// The file is damaged or not an FMU for co-simulation, or it has no library for this platform.
+    /// The file is damaged, its library cannot be loaded, or [`library()`] fails.
     pub fn open(path: &Path) -> Result<Fmu> {
         let load = || Fmu::load(&mut Package::open(path)?, &std::env::temp_dir());
         load().with_context(|| path.display().to_string())
@@ -73,7 +73,7 @@ impl Fmu {
         Ok(Interface::parse(&self.library.interface()?)?.table)
     }
 
-    /// Whether the FMU has a capability.
+    /// Whether the FMU declares a capability for co-simulation, such as `canBeInstantiatedOnlyOncePerProcess`.
     pub fn can(&self, capability: &str) -> bool {
         self.description.co_simulation.as_ref().is_some_and(|support| support.can(capability))
     }
@@ -91,7 +91,7 @@ impl Unpacked {
     /// Unpacks an FMU to a temporary folder in `place`.
     ///
     /// # Errors
-    /// As [`library`]; the file is damaged; or there is no space, which is a [`machine::Fault`].
+    /// As [`library()`], the file is damaged, or `place` cannot be written to, which is a [`machine::Fault`].
     pub fn new<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Unpacked> {
         let library = library(package)?.clone();
         let folder = Folder::new_in(place).map_err(Error::new);
@@ -100,7 +100,7 @@ impl Unpacked {
         Ok(Unpacked { description: package.description.clone(), folder: machine::unpacking(unpacked, place)?, library })
     }
 
-    /// Loads its library. This runs code of the FMU.
+    /// Loads the library. This runs code from the FMU.
     ///
     /// # Errors
     /// The library cannot be loaded, which may be a [`machine::Fault`], or lacks a function.
@@ -113,21 +113,21 @@ impl Unpacked {
         } else {
             (Library::open_in(self.folder, &file).map(Opened::V2), uri(&resources))
         };
-        // The folder has been removed, but its parent still exists.
+        // If loading failed, the folder has been removed, but its parent still exists.
         let library = machine::loading(library, &place)?;
         Ok(Fmu { description: self.description, library, resources })
     }
 
-    /// The folder of the FMU's files.
+    /// The subfolder that contains the FMU's files.
     fn path(folder: &Folder) -> PathBuf {
         folder.path().join("fmu")
     }
 }
 
-/// The library for this platform. This reads the package and runs none of its code.
+/// The FMU's library for this platform. Runs none of its code.
 ///
 /// # Errors
-/// The FMU is not for co-simulation, or has no library for this platform.
+/// [`ensure_runs`] fails, or the FMU has no library for this platform.
 pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
     ensure_runs(&package.description)?;
     if package.libraries.is_empty() {
@@ -144,7 +144,7 @@ pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
     })
 }
 
-/// Checks that this program can run the FMU.
+/// Checks that this program supports the kind of FMU described.
 ///
 /// # Errors
 /// It is not for co-simulation, or has Clocks.
@@ -168,7 +168,7 @@ pub fn ensure_runs(description: &Description) -> Result<()> {
     Ok(())
 }
 
-/// The name of the Clock type in the standard.
+/// The FMI 3.0 type of Clocks, as named in model descriptions.
 const CLOCK: &str = "Clock";
 
 /// The maximum number of Clocks named in a message.
@@ -185,8 +185,8 @@ pub fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
     Ok(Binary::read(&bytes).with_context(|| file.path.clone())?.has_table)
 }
 
-/// Whether the library file for this platform contains this text; if there is no such library, whether all others
-/// contain it. Runs none of their code.
+/// Whether `text` occurs in the library file for this platform or, if there is none, in every library file of the FMU
+/// (at least one). Runs none of their code.
 ///
 /// # Errors
 /// The FMU is damaged.

@@ -28,11 +28,12 @@ const MOST_MESSAGES: usize = 100;
 /// The length up to which a message is kept in full, in bytes.
 const LONGEST_MESSAGE: usize = 4096;
 
-/// An instance of an FMU for co-simulation. It is freed when dropped.
+/// An instance of an FMU for co-simulation. It is freed when dropped, unless the FMU has reported a fatal error.
 #[derive(Debug)]
 pub struct Instance {
     called: Called,
-    /// After fmi2Fatal or fmi3Fatal, the standard forbids all calls, even the one that frees the instance.
+    /// Whether a call returned fmi2Fatal or fmi3Fatal. The standard then forbids all calls, even the one that frees the
+    /// instance.
     is_fatal: Cell<bool>,
     // The FMU may keep a pointer to this: it must not move and must outlive the library.
     messages: Box<Messages>,
@@ -86,8 +87,8 @@ type Listener = Box<dyn Fn(&str, &str) + Send + Sync>;
 
 static LISTENER: OnceLock<Listener> = OnceLock::new();
 
-/// Sets a listener that immediately receives everything logged by any instance of this process, with its name. Only the
-/// first call has an effect.
+/// Sets a listener that immediately receives every message logged by any instance in this process, with the instance's
+/// name. Only the first call has an effect.
 pub fn listen(listener: impl Fn(&str, &str) + Send + Sync + 'static) {
     let _ = LISTENER.set(Box::new(listener));
 }
@@ -164,8 +165,8 @@ impl Instance {
         Ok(Instance { called, is_fatal: Cell::new(false), messages })
     }
 
-    /// Calls `fmi2SetupExperiment` with the start and, if known, the end of the simulation in seconds. FMI 3.0 receives
-    /// them in the next call.
+    /// Calls `fmi2SetupExperiment` with the start and, if known, the end of the simulation in seconds. An FMI 3.0
+    /// FMU receives them in [`Instance::enter_initialization`].
     ///
     /// # Errors
     /// The FMU refuses the call; the error contains its messages.
@@ -183,8 +184,8 @@ impl Instance {
         self.check(done)
     }
 
-    /// Calls `fmi2ExitInitializationMode` or `fmi3ExitInitializationMode`; with events, the instance is then in Event
-    /// Mode.
+    /// Calls `fmi2ExitInitializationMode` or `fmi3ExitInitializationMode`; an instance that uses Event
+    /// Mode is then in it.
     ///
     /// # Errors
     /// The FMU refuses the call; the error contains its messages.
@@ -193,12 +194,12 @@ impl Instance {
         self.check(done)
     }
 
-    /// Calls `fmi2DoStep` or `fmi3DoStep` from `time` to `time + size`, in seconds. With events, those within the step
-    /// are handled.
+    /// Calls `fmi2DoStep` or `fmi3DoStep` from `time` to `time + size`, in seconds. If the instance uses Event
+    /// Mode, events within the step are handled, except at its end.
     ///
     /// # Errors
-    /// The FMU refuses or discards the step, or works asynchronously (fmi2Pending): the error contains its messages. Or
-    /// [`Terminated`].
+    /// The FMU refuses or discards the step, or works asynchronously (fmi2Pending); the error contains its messages.
+    /// [`Terminated`] if the FMU ended the simulation.
     #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<()> {
         let done = match &mut self.called {
@@ -211,7 +212,7 @@ impl Instance {
         }
     }
 
-    /// A separate function, so that successful steps do not load its code.
+    /// The error for a step that failed. Separate from [`Instance::step`] to keep the code of successful steps small.
     #[cold]
     #[inline(never)]
     fn in_step(&self, stopped: Stopped, time: f64, size: f64) -> anyhow::Error {
@@ -236,7 +237,8 @@ impl Instance {
     /// Calls `fmi3UpdateDiscreteStates`, in Event Mode.
     ///
     /// # Errors
-    /// The FMU refuses the call (the error contains its messages), or [`Terminated`].
+    /// The FMU refuses the call (the error contains its messages) or has no Event Mode; [`Terminated`] if it ended the
+    /// simulation.
     pub fn update(&mut self) -> Result<Update> {
         let Called::V3(of) = &mut self.called else { bail!("it is an FMI 2.0 FMU, which has no Event Mode") };
         match of.update() {
@@ -275,7 +277,7 @@ impl Instance {
         self.check(done)
     }
 
-    /// Reads a variable; true is 1. A 64-bit integer is returned as the nearest number.
+    /// Reads a variable; true is 1. A 64-bit integer is rounded to the nearest `f64`.
     ///
     /// # Errors
     /// The FMU refuses the call; the error contains its messages.

@@ -23,11 +23,11 @@ pub type Logger = unsafe extern "C" fn(Pointer, *const c_char, c_int, *const c_c
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CallbackFunctions {
-    /// The logger, called with every message.
+    /// Called with every message that the FMU logs.
     pub logger: Option<Logger>,
     /// Allocates zeroed memory, like `calloc`. Libraries built by this project never call it.
     pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> Pointer>,
-    /// Frees that memory. Libraries built by this project never call it.
+    /// Frees memory allocated by `allocate_memory`. Libraries built by this project never call it.
     pub free_memory: Option<unsafe extern "C" fn(Pointer)>,
     /// Called at the end of an asynchronous step. Libraries built by this project never call it.
     pub step_finished: Option<unsafe extern "C" fn(Pointer, c_int)>,
@@ -67,7 +67,7 @@ macro_rules! library {
             loaded: Arc<Loaded>,
         }
 
-        /// The names of the functions.
+        /// The names of the functions that are looked up.
         pub const FUNCTIONS: &[&str] = &[$($symbol),*];
 
         /// The common prefix of the version's function names, including those for model exchange.
@@ -88,7 +88,7 @@ macro_rules! library {
                 })
             }
 
-            /// Loads a library and looks up its functions. This runs code of the library.
+            /// Loads a library and looks up its functions. This runs code from the library.
             ///
             /// # Errors
             /// It cannot be loaded, or lacks a function that every co-simulation needs.
@@ -112,7 +112,7 @@ macro_rules! library {
                 self.loaded.interface()
             }
 
-            /// Whether the library lacks one of [`FUNCTIONS`].
+            /// Whether the library lacks `function`, one of [`FUNCTIONS`].
             pub fn lacks(&self, function: &str) -> bool {
                 self.loaded.missing.contains(&function)
             }
@@ -122,7 +122,7 @@ macro_rules! library {
 
 pub mod v3;
 
-/// The library of an FMU of either version.
+/// A loaded library, by FMI version.
 #[derive(Clone, Debug)]
 pub enum Opened {
     /// An FMI 2.0 library.
@@ -192,7 +192,7 @@ library! {
 #[derive(Debug)]
 struct Loaded {
     library: libloading::Library,
-    /// The missing functions.
+    /// The functions looked up that the library does not export.
     missing: Vec<&'static str>,
     _folder: Option<Folder>,
 }
@@ -203,7 +203,7 @@ fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
     unsafe { libloading::Library::new(path) }
 }
 
-/// Loads a library; Windows then also searches the library's own folder for its dependencies.
+/// Loads a library such that Windows also searches the library's own folder for its dependencies.
 #[cfg(windows)]
 fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
     use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library};
@@ -214,7 +214,7 @@ fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
 /// The operating system's description of a failure, which libloading's message does not contain.
 fn reason(error: &libloading::Error, path: &Path) -> String {
     let reason = error.source().map_or(error.to_string(), ToString::to_string);
-    // The operating system repeats the file with its unpacked path.
+    // The reason may start with the path of the unpacked file, which means nothing to the user.
     let reason = reason.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&reason);
     format!("{reason}{}", help(reason))
 }

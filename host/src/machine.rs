@@ -37,7 +37,7 @@ impl Fault {
         Fault(format!("no program can run from {} (it is mounted noexec): {}", Fault::place(folder), Fault::remedy()))
     }
 
-    /// The name of a folder as known to the user.
+    /// A folder as the user knows it: for one within the system's folder for temporary files, the latter.
     fn place(folder: &Path) -> String {
         let temporary = env::temp_dir();
         let known = if folder.starts_with(&temporary) { &temporary } else { folder };
@@ -81,7 +81,7 @@ fn forbids_programs(_folder: &Path) -> bool {
 /// An error in a form that can be sent from one process to another.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Failure {
-    /// A [`Fault`]
+    /// A [`Fault`].
     Machine(String),
     /// Any other error.
     Other(String),

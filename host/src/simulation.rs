@@ -22,7 +22,7 @@ impl Fmus {
     /// Opens each file with `open`, and checks that the members can be instantiated together.
     ///
     /// # Errors
-    /// A file does not exist, `open` fails, or an FMU cannot have two instances.
+    /// A file does not exist, `open` fails, or an FMU that allows only one instance per process has two members.
     pub fn open(system: &System, mut open: impl FnMut(&Path) -> Result<Fmu>) -> Result<Fmus> {
         let mut paths: Vec<PathBuf> = Vec::new();
         let mut of = Fmus { fmus: Vec::new(), members: Vec::new(), no_events: system.no_events };
@@ -62,7 +62,7 @@ impl Fmus {
     /// Creates an instance for a member.
     ///
     /// # Errors
-    /// An FMU refuses the call; the error contains its name and messages.
+    /// The FMU refuses the call; the error contains the name of the member and the FMU's messages.
     ///
     /// # Panics
     /// There is no such member.

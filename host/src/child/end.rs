@@ -3,10 +3,10 @@
 use std::io::Read;
 use std::process::ExitStatus;
 
-/// The maximum number of bytes of FMU output that are kept.
+/// The maximum amount of FMU output that is kept, in bytes.
 const MOST_PRINTED: usize = 4096;
 
-/// The last bytes of a stream.
+/// Reads a stream to its end and returns the last [`MOST_PRINTED`] bytes, or all if there are fewer.
 pub(super) fn last_bytes(mut from: impl Read) -> Vec<u8> {
     let (mut last, mut read) = (Vec::new(), [0; MOST_PRINTED]);
     while let Ok(count @ 1..) = from.read(&mut read) {
@@ -24,7 +24,7 @@ pub(super) fn how(status: Option<ExitStatus>) -> String {
         return format!("crashed: signal {signal} ({})", signal_name(signal));
     }
     match status.code() {
-        // Windows: exceptions are status codes of severity "error".
+        // The exit code after a crash is the status code of the exception: negative, because its severity is "error".
         Some(code) if cfg!(windows) && code < 0 => format!("crashed: exception {:#010x}", code as u32),
         Some(code) => format!("ended its process with exit code {code}"),
         None => format!("ended its process with {status}"),

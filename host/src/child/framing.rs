@@ -1,6 +1,6 @@
 //! Messages between this program and the processes it starts, over their standard input and output.
 //!
-//! A message consists of its length, 4 bytes in little-endian order, and its contents.
+//! A message consists of the length of its contents, as 4 bytes in little-endian order, and the contents.
 
 use std::io::{self, Read, Write};
 use std::process;
@@ -8,10 +8,10 @@ use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 use std::time::Duration;
 
-/// The maximum length of a message, in bytes.
+/// The maximum length of a message's contents, in bytes.
 const LONGEST: u32 = 1 << 28;
 
-/// The time that a process may take to free its instances and exit.
+/// The time that a process may take to free its instances and exit after its input has ended.
 pub const FAREWELL: Duration = Duration::from_secs(2);
 
 /// Sends a message.
@@ -28,10 +28,10 @@ pub fn send(to: &mut impl Write, message: &[u8]) -> io::Result<()> {
     to.flush()
 }
 
-/// Receives the next message; `None` if there are no more.
+/// Receives the next message; `None` at the end of the stream.
 ///
 /// # Errors
-/// The message is truncated or too long.
+/// The contents are truncated or too long, or cannot be read.
 pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     let mut length = [0; 4];
     match from.read_exact(&mut length) {
@@ -47,8 +47,9 @@ pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(message))
 }
 
-/// The messages on standard input of this process. When the input ends, the process exits: on its own, or after
-/// [`FAREWELL`] if an FMU does not return. Keep the sender until everything has been freed.
+/// The messages on standard input of this process, read by a thread, and a sender to keep until everything has been
+/// freed. Once the input has ended, the thread exits the process when that sender is dropped, or after [`FAREWELL`] if
+/// an FMU does not return.
 pub fn input() -> (Receiver<Vec<u8>>, Sender<()>) {
     let (sender, messages) = mpsc::channel();
     let (at_work, is_over) = mpsc::channel::<()>();

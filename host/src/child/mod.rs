@@ -1,4 +1,4 @@
-//! Runs foreign code in a separate process: a crash, an exit or an endless loop in an FMU only affects that process.
+//! Runs foreign code in a separate process: a crash, an exit or an endless loop in an FMU affects only that process.
 //!
 //! ```text
 //! Process --requests--> standard input  of `plcfmu child ROLE FOLDER` --> Channel
@@ -36,28 +36,28 @@ use std::thread;
 use std::time::{Duration, Instant};
 use witness::Witness;
 
-/// The hidden command run in the child process.
+/// The hidden command of plcfmu that runs in the child process.
 pub const COMMAND: &str = "child";
 
 /// The interval at which a waiting thread checks for an interruption.
 pub const TICK: Duration = Duration::from_millis(100);
 
-/// The maximum number of unread replies.
+/// The maximum number of replies received but not yet read; beyond it, the child process must wait.
 const MOST_REPLIES: usize = 64;
 
-/// The number of an FMU's last log messages that are reported when it crashes.
+/// When an FMU crashes, this many of its last log messages are reported.
 const MOST_LOGGED: usize = 3;
 
-/// The number of last printed lines that are reported when an FMU crashes.
+/// When an FMU crashes, this many of the last lines printed by its process are reported.
 const LINES: usize = 3;
 
-/// The description of a process that was terminated because its output was not valid.
+/// The text of [`End::Ended`] for a process that was terminated because its output was invalid.
 const DISTURBED: &str = "corrupted the output of its process by writing to it or closing it; the process was ended";
 
 /// The subject used instead of an FMU's name if no FMU was being called; the text of [`End::Ended`] follows.
 pub const OWN: &str = "a process of plcfmu (no FMU library was being called)";
 
-/// The destination of the output of FMUs.
+/// Where text printed by FMUs goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prints {
     /// Forwarded to the standard error of this process.
@@ -82,9 +82,9 @@ pub struct Starter {
 /// The reason why a process sends no more replies.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The user interrupted it.
+    /// The user interrupted the command.
     Interrupted,
-    /// It ended or was terminated; contains the text that follows the name of the FMU: "crashed: signal 11
+    /// The process ended or was terminated. The text follows the name of the FMU, such as "crashed: signal 11
     /// (segmentation fault)".
     Ended(String),
 }
@@ -92,23 +92,23 @@ pub enum End {
 /// A message sent by the process.
 #[derive(Debug, Deserialize, Serialize)]
 enum Sent<T> {
-    /// A message just logged by an FMU: name and text.
+    /// A message just logged by an FMU: the name of the instance and the text.
     Logged(String, String),
     Reply(T),
 }
 
-/// A child process, which is ended when this is dropped.
+/// A child process. Dropping this value ends it.
 #[derive(Debug)]
 pub struct Process {
     /// The time limit for a reply.
     pub limit: Duration,
     process: Child,
-    /// The input for requests; `None` when no more will be sent.
+    /// The standard input of the process; `None` once no more requests will be sent.
     requests: Option<ChildStdin>,
     replies: Receiver<Vec<u8>>,
     /// Receives the last output of the process when it ends; `None` if output is not kept.
     printed: Option<Receiver<Vec<u8>>>,
-    /// The last messages logged.
+    /// The messages logged so far: the name of the instance and the text.
     logged: Vec<(String, String)>,
     interrupted: Arc<AtomicBool>,
     has_ended: bool,
@@ -131,10 +131,10 @@ impl Starter {
         })
     }
 
-    /// Starts a process for one of the roles of the hidden command.
+    /// Starts a process; `role` is the argument of the hidden command that selects what it does.
     ///
     /// # Errors
-    /// The user interrupted the command, there is no folder for temporary files, or the program cannot be run.
+    /// The user interrupted the command, no temporary folder can be created, or the program cannot be run.
     pub fn start(&self, role: &str, prints: Prints) -> Result<Process> {
         if self.interrupted.load(Ordering::Relaxed) {
             bail!("interrupted");
@@ -150,7 +150,7 @@ impl Starter {
         let mut command = Command::new(&self.program);
         command.args([COMMAND, role]).arg(folder.path());
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(errors);
-        // Only the main process handles Ctrl-C.
+        // Its own process group, so that Ctrl-C reaches only the main process.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         #[cfg(windows)]
@@ -160,7 +160,7 @@ impl Starter {
         let mut output = process.stdout.take().context("the process has no standard output")?;
         let (sender, replies) = mpsc::sync_channel(MOST_REPLIES);
         thread::spawn(move || {
-            // This thread ends with the process.
+            // This thread ends when the process closes its output.
             while let Ok(Some(message)) = framing::receive(&mut output) {
                 if sender.send(message).is_err() {
                     break;
@@ -197,7 +197,8 @@ impl Process {
         let _ = self.requests.as_mut().map(|requests| framing::send(requests, &message));
     }
 
-    /// Receives the next reply. `is_alive` is polled and returns whether the time limit restarts.
+    /// Receives the next reply. While there is none, `is_alive` is called once per [`TICK`] and returns whether the
+    /// time limit restarts.
     ///
     /// # Errors
     /// The reason why there is no reply.
@@ -217,7 +218,8 @@ impl Process {
                     return Err(End::Interrupted);
                 }
                 Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
-                // Earlier replies may still arrive, unless another process keeps its output open.
+                // Its last replies may still arrive, but wait only one more tick: a process started by the FMU may keep
+                // the output open.
                 Err(RecvTimeoutError::Timeout) if self.has_ended_itself() => {
                     self.end_group();
                     if std::mem::replace(&mut is_left, true) {
@@ -234,8 +236,8 @@ impl Process {
         }
     }
 
-    /// How a process ended after its last reply. A process that does not exit on its own has closed its output or sent
-    /// invalid data, and is terminated.
+    /// How a process ended after its last reply. A process that does not exit within [`FAREWELL`] has closed its output
+    /// or sent an invalid message, and is terminated.
     fn ended(&mut self) -> End {
         let began = Instant::now();
         while began.elapsed() < FAREWELL {
@@ -255,15 +257,15 @@ impl Process {
 
     /// The last lines printed by a process that has ended and whose output is kept.
     pub fn printed(&self) -> Vec<String> {
-        // A process started by the FMU may still keep the other end open.
+        // A time limit, because a process started by the FMU may keep the other end open.
         let bytes = self.printed.as_ref().and_then(|printed| printed.recv_timeout(FAREWELL).ok()).unwrap_or_default();
         let text = String::from_utf8_lossy(&bytes);
         let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
         lines[lines.len().saturating_sub(LINES)..].iter().map(|line| line.to_string()).collect()
     }
 
-    /// The last log messages and output of the named FMU, or of any FMU, worded as the end of a sentence about its
-    /// crash.
+    /// The last log messages of the FMU `name` (of all FMUs if `None`) and the last lines printed by the process,
+    /// worded as the end of a sentence about a crash.
     pub fn last_words(&self, name: Option<&str>) -> String {
         let logged = self.logged.iter().filter(|(of, _)| name.is_none_or(|name| of == name));
         let logged: Vec<&str> = logged.map(|(_, text)| text.as_str()).collect();
@@ -279,16 +281,16 @@ impl Process {
         words
     }
 
-    /// Terminates the process and returns how it ended.
+    /// Terminates the process and returns its exit status, if known.
     pub fn kill(&mut self) -> Option<ExitStatus> {
         self.end_group();
         self.has_ended = true;
-        // It may only have closed its output. If it has ended, its status does not change.
+        // If the process has already ended, this does not change its status.
         let _ = self.process.kill();
         self.process.wait().ok()
     }
 
-    /// Whether it has ended on its own. Its process ID is not reused before it is waited for.
+    /// Whether the process has ended on its own. It is not reaped, so its process ID cannot be reused yet.
     #[cfg(unix)]
     fn has_ended_itself(&mut self) -> bool {
         use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
@@ -301,8 +303,8 @@ impl Process {
         !matches!(self.process.try_wait(), Ok(None))
     }
 
-    /// Terminates the process and those started by the FMU, except any that have left its process group. On Windows,
-    /// those keep running.
+    /// Terminates all processes in the process group: this one, and those that the FMU started unless they have left
+    /// the group. On Windows, does nothing.
     fn end_group(&self) {
         #[cfg(unix)]
         if !self.has_ended {
@@ -371,10 +373,10 @@ fn send<T: Serialize>(to: &Mutex<File>, sent: &Sent<T>) -> Result<()> {
     Ok(framing::send(&mut *to, &message)?)
 }
 
-/// Processes the requests on standard input, then ends the process.
+/// Opens the channel to the parent process, lets `answer` process the requests, then exits.
 ///
 /// # Errors
-/// There is no standard output, or no witness in `folder`, or `answer` fails.
+/// There is no standard output, the witness in `folder` cannot be opened, or `answer` fails.
 pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Result<()> {
     let replies = standard_output::take().context("standard output")?;
     let witness = Rc::new(Witness::open(folder)?);
@@ -390,7 +392,7 @@ pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Resu
             panic::resume_unwind(panic);
         }
     }
-    // The reader thread is not joined; it must not mistake this for the end.
+    // Kept until here: without it, the reader thread would exit the process as soon as the input ends.
     drop(at_work);
     process::exit(0)
 }

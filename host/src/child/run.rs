@@ -1,4 +1,4 @@
-//! A complete run in a single process, without a message for each step.
+//! A complete run in a child process, without a message for each step.
 
 use super::witness::Witnessed;
 use super::{Channel, End, OWN, Prints, Starter, serve};
@@ -18,7 +18,7 @@ use std::path::Path;
 /// The role of the process.
 pub const ROLE: &str = "run";
 
-/// The minimum size of a message with rows, in bytes.
+/// Rows are sent when they fill at least this many bytes, and at the end of the run.
 const PIECE: usize = 1 << 16;
 
 #[derive(Deserialize, Serialize)]
@@ -31,12 +31,12 @@ struct Request {
 
 #[derive(Deserialize, Serialize)]
 enum Reply {
-    /// The run has started: the roles of each member's variables in a loop, if known.
+    /// The run has started. For each member: the roles of its variables in a control loop, if known.
     Began(Vec<Option<Roles>>),
-    /// The next rows, each consisting of the time and the values, with 8 bytes per number.
+    /// The next rows, each consisting of the time and the values, as little-endian 64-bit floating-point numbers.
     Rows(ByteBuf),
-    /// The run is over: the messages logged by FMUs, with their names, and the FMU that ended it early, or the reason
-    /// why it failed.
+    /// The run is over: the messages logged by FMUs, each with the FMU's name, and which FMU ended the run early, if
+    /// any, or why the run failed.
     Over { messages: Vec<(String, String)>, ended: Result<Option<String>, Failure> },
 }
 
@@ -45,7 +45,8 @@ pub trait Rows {
     /// Whether all rows are needed, or only the last one.
     fn are_wanted(&self) -> bool;
 
-    /// Called when the run starts; `roles` are the roles of each member's variables in a loop, if known.
+    /// Called when the run starts. For each member, `roles` contains the roles of its variables in a control loop, if
+    /// known.
     fn begin(&mut self, roles: Vec<Option<Roles>>);
 
     /// Receives the next row: the time in seconds, and the values of the plan's columns as cells (`Type::cell`).
@@ -58,12 +59,12 @@ pub trait Rows {
 /// A run that was completed, ended early or failed.
 #[derive(Debug)]
 pub struct Finished {
-    /// The messages logged by FMUs, with their names; error messages are already part of the error.
+    /// The messages logged by FMUs, each with the FMU's name, unless they are already part of the error.
     pub messages: Vec<(String, String)>,
     /// The number of completed steps.
     pub steps: usize,
-    /// The FMU that ended the run early, with the time; or an error with the FMU that refused or crashed, the time, and
-    /// its messages.
+    /// Which FMU ended the run early and when, `None` if the run was completed; or an error that contains the FMU that
+    /// failed, the time and the FMU's messages.
     pub ended: Result<Option<String>>,
 }
 
@@ -86,7 +87,7 @@ pub fn plan(system: &System) -> Result<Plan> {
 /// receives the number of completed steps.
 ///
 /// # Errors
-/// The process cannot be started, the user interrupts, or a row cannot be processed.
+/// The process cannot be started, the user interrupts the run, or a row cannot be processed.
 pub fn run(
     starter: &Starter,
     system: &System,
@@ -129,10 +130,10 @@ pub fn run(
     }
 }
 
-/// The child process's side.
+/// Runs in the child process: receives a system, runs it and sends the rows.
 ///
 /// # Errors
-/// The other side has ended.
+/// The request is invalid, or the other side has ended.
 pub fn child(folder: &Path) -> Result<()> {
     serve(folder, |channel| {
         let Some(request) = channel.next::<Request>()? else { return Ok(()) };
@@ -154,7 +155,7 @@ fn simulate(
     let fmus = Fmus::open(system, |path| {
         let member = system.members.iter().position(|member| member.path == path).unwrap_or_default();
         let unpacked = Package::open(path).and_then(|mut package| Unpacked::new(&mut package, &channel.folder));
-        // The library's initializers run here, and may crash.
+        // Loading a library runs its initializers, which may crash.
         witness.call(member);
         let fmu = unpacked.and_then(Unpacked::load).with_context(|| path.display().to_string());
         witness.clear();

@@ -17,24 +17,24 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// The size of the shared memory, in bytes.
 const SIZE: usize = size_of::<Words>();
 
-/// The shared memory.
+/// The layout of the shared memory.
 #[derive(Debug)]
 #[repr(C)]
 struct Words {
     /// The number of the member called last, starting at 1; 0 for none.
     member: AtomicU64,
-    /// The number of calls.
+    /// The number of calls to all members.
     calls: AtomicU64,
     /// The number of completed steps.
     steps: AtomicU64,
 }
 
-/// The FMU being called, and the progress of its run.
+/// The member being called, and the progress of the run.
 #[derive(Debug)]
 pub struct Witness(MmapRaw);
 
 impl Witness {
-    /// Opens the witness in the folder shared by both processes.
+    /// Opens the witness in the folder shared by both processes, or creates it.
     ///
     /// # Errors
     /// Its file cannot be created or mapped into memory.
@@ -62,7 +62,7 @@ impl Witness {
     pub fn call(&self, member: usize) {
         let Words { member: at, calls, .. } = self.words();
         at.store(member as u64 + 1, Ordering::Relaxed);
-        // There is only one writer.
+        // No atomic increment is needed: only the child process writes.
         calls.store(calls.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
     }
 
@@ -93,10 +93,10 @@ impl Witness {
     }
 }
 
-/// An instance whose calls are recorded.
+/// An instance whose calls are recorded in a [`Witness`].
 #[derive(Debug)]
 pub struct Witnessed {
-    /// The instance.
+    /// The instance itself, whose direct calls are not recorded.
     pub instance: Instance,
     member: usize,
     witness: Rc<Witness>,
@@ -106,7 +106,7 @@ impl Witnessed {
     /// Creates an instance for a member.
     ///
     /// # Errors
-    /// An FMU refuses the call; the error contains its name and messages.
+    /// The FMU refuses the call; the error contains the name of the member and the FMU's messages.
     pub fn instantiate(fmus: &Fmus, member: usize, witness: &Rc<Witness>) -> Result<Witnessed> {
         witness.call(member);
         Ok(Witnessed { instance: fmus.instantiate(member)?, member, witness: witness.clone() })

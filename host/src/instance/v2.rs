@@ -8,7 +8,7 @@ use std::ptr;
 /// The value of fmi2CoSimulation.
 const CO_SIMULATION: c_int = 1;
 
-/// The fmi2StatusKind for whether an FMU ends the simulation.
+/// The value of fmi2Terminated, which asks an FMU whether it has ended the simulation.
 const TERMINATED: c_int = 3;
 
 /// An FMI 2.0 instance.
@@ -18,7 +18,7 @@ pub(super) struct Instance {
     component: Pointer,
     /// A buffer for Integers and Booleans, kept so that a step does not allocate.
     integers: Vec<c_int>,
-    // The FMU may keep a pointer to them: they must not move and must outlive the library.
+    // The FMU may keep a pointer to the callbacks: they must not move and must outlive the library.
     _callbacks: Box<CallbackFunctions>,
 }
 
@@ -186,8 +186,8 @@ impl Instance {
     }
 }
 
-/// The logger. It should be variadic, which cannot be written in Rust. Most libraries pass `"%s"` and the text; this
-/// function reads that text where variadic arguments are passed like others.
+/// The logger. FMI requires a variadic function, which cannot be written in Rust. Most libraries pass `"%s"` and the
+/// text; this function reads that text on platforms that pass variadic arguments like named ones.
 fn logger() -> Logger {
     type Fixed = unsafe extern "C" fn(Pointer, *const c_char, c_int, *const c_char, *const c_char, *const c_char);
     // SAFETY: both are pointers to C functions. A variadic call passes its named arguments like any other; the last

@@ -8,10 +8,10 @@ use run::component::{MOST_UPDATES, Update};
 use std::ffi::{CStr, c_char, c_int};
 use std::ptr;
 
-/// The maximum number of consecutive times that a step may end before making progress.
+/// The maximum number of consecutive early returns from a step at the same time.
 const MOST_ENDS: usize = 1000;
 
-/// The relative remainder of a step that is ignored as a rounding error.
+/// The fraction of a step's size that is ignored as a rounding error.
 const ROUNDING: f64 = 1e-9;
 
 /// An FMI 3.0 instance.
@@ -31,13 +31,13 @@ pub(super) struct Instance {
     elements: Vec<f64>,
 }
 
-/// An array. A host that sets one element must set all.
+/// An array variable. FMI can only set all elements at once, so the values of the others are kept here.
 #[derive(Debug)]
 struct Elements {
     array: Array,
-    /// The values before anything was set.
+    /// The start values, restored by a reset.
     starts: Vec<f64>,
-    /// The values set last.
+    /// The values set last, initially the start values.
     set: Vec<f64>,
 }
 
@@ -269,7 +269,7 @@ impl Instance {
                 return Err(Stopped::Astray(format!("fmi3DoStep repeatedly returned early at {last:?} s")));
             }
             (at, left) = (last, end - last);
-            // An event at the end is handled together with the events of other FMUs.
+            // The caller handles an event at the end of the step, together with the events of other FMUs.
             if left <= ROUNDING * size {
                 return Ok(());
             }
@@ -368,8 +368,8 @@ impl Instance {
         Ok(())
     }
 
-    /// The array, if any, to which the reference at this position belongs, and the end of the consecutive references
-    /// that belong to the same array, or to none.
+    /// The index of the array to which the reference at position `at` belongs (`None` for a scalar), and the end of the
+    /// consecutive references for which it is the same.
     fn group(&self, references: &[u32], at: usize) -> (Option<usize>, usize) {
         let array = |reference: u32| {
             let after = self.arrays.partition_point(|of| of.array.first_reference <= reference);

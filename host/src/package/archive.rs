@@ -25,7 +25,7 @@ const MOST_BYTES: u64 = 1 << 30;
 /// The maximum total unpacked size of all files, in bytes.
 const MOST_BYTES_IN_ALL: u64 = 1 << 32;
 
-/// The maximum compression ratio of files above [`LARGE`] bytes.
+/// The maximum ratio of unpacked to packed size for files larger than [`LARGE`].
 const HIGHEST_RATIO: u64 = 1000;
 
 /// Files up to this size, in bytes, may have any compression ratio: a short run of zeros packs to almost nothing.
@@ -67,7 +67,7 @@ impl<R: Read + Seek> Archive<R> {
     /// Reads and checks the table of contents and each entry's header.
     ///
     /// # Errors
-    /// The archive is not acceptable; the message is a sentence.
+    /// The archive is not acceptable; the message is a sentence that calls it "it" or names an entry.
     pub fn open(mut reader: R) -> Result<Archive<R>> {
         let end = find_end(&mut reader)?;
         let names = read_names(&mut reader, &end)?;
@@ -155,15 +155,15 @@ impl<R: Read + Seek> Archive<R> {
             if let Some(parent) = path.parent() {
                 temporary::make_folder(parent).with_context(unwritable)?;
             }
-            // Two names may denote the same file if names are case-insensitive.
+            // Fails if the file exists: on a case-insensitive file system, two names may denote the same file.
             let mut file = temporary::options().write(true).create_new(true).open(&path).with_context(unwritable)?;
             self.unpack_entry(&entry, &mut file)?;
         }
         Ok(())
     }
 
-    /// Creates a ZIP file from the files of this one selected by `is_kept`, copied without recompression, and `files`,
-    /// which are added or replace others.
+    /// Creates a ZIP file from `files` and those files of this archive for which `is_kept` returns true and that have
+    /// no namesake in `files`. The latter are copied without recompression.
     ///
     /// # Errors
     /// As [`write()`], or a file cannot be copied.
@@ -201,7 +201,8 @@ impl<R: Read + Seek> Archive<R> {
     }
 }
 
-/// The record at the end of a ZIP file, which states where the table of contents is.
+/// What the record at the end of a ZIP file states about the table of contents: number of entries, position and size in
+/// bytes.
 struct End {
     count: u16,
     start: u64,
@@ -276,7 +277,7 @@ fn accept(entry: &ZipFileEntry<'_>, name: String) -> Result<Entry> {
         CompressionMethod::Deflated => {}
         _ => bail!("{name} is compressed with a method other than deflate, which FMI does not allow"),
     }
-    // The upper half of the attributes contains the Unix file type if the entry was created on Unix.
+    // If the entry was created on Unix, the upper 16 bits of the attributes contain the file type.
     let file_type = (entry.external_attributes() >> 16) & 0o170_000;
     let is_unix = matches!(entry.system(), System::Unix | System::OsDarwin);
     ensure!(
@@ -330,7 +331,7 @@ fn u32_at(record: &[u8], place: usize) -> u32 {
 /// bytes. All are deflated except FMUs, which are already compressed.
 ///
 /// # Errors
-/// A name would be rejected by [`Archive::open`], or there are too many bytes.
+/// A name would be rejected by [`Archive::open`], or a file is too large to be packed.
 pub fn write(files: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>> {
     let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in files {

@@ -66,10 +66,10 @@ impl Binary {
         }
     }
 
-    /// Checks that it does not depend on a library that would have to be installed with it.
+    /// Checks that it depends only on libraries that every system of its kind has.
     ///
     /// # Errors
-    /// It does; the message names the first such library.
+    /// It needs another library; the message names the first one.
     pub fn check_needed(&self) -> Result<()> {
         match self.needed.iter().find(|library| !is_everywhere(self.system, library)) {
             Some(library) => Err(anyhow!("it needs {library}, which not every {} system has", self.system)),
@@ -141,7 +141,7 @@ fn universal(bytes: &[u8], parts: &[impl FatArch]) -> Result<Binary> {
     all.context("it is empty")
 }
 
-/// Adds the strings that are not yet present.
+/// Adds to `texts` the strings of `further` that it does not contain.
 fn add(texts: &mut Vec<String>, further: Vec<String>) {
     for text in further {
         if !texts.contains(&text) {

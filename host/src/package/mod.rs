@@ -17,20 +17,20 @@ const LONGEST_DESCRIPTION: u64 = 1 << 26;
 /// The maximum size of a library, in bytes.
 const LARGEST_LIBRARY: u64 = 1 << 28;
 
-/// The name of the model description in every FMU.
+/// The name of the model description file in every FMU.
 pub const DESCRIPTION: &str = "modelDescription.xml";
 
-/// The folder with the sources of a library, which hosts may compile.
+/// The folder in an FMU for the source code of its library, which hosts may compile.
 const SOURCES: &str = "sources/";
 
-/// An FMU's file.
+/// An FMU file that has been opened and checked.
 #[derive(Debug)]
 pub struct Package<R> {
-    /// Its contents.
+    /// Its files.
     pub archive: Archive<R>,
     /// Its modelDescription.xml.
     pub xml: ModelDescription,
-    /// The description in it, with array elements as variables.
+    /// The description of the FMU derived from that file, with array elements as variables.
     pub description: Description,
     /// Its libraries, one for each platform; empty if it contains only sources.
     pub libraries: Vec<LibraryFile>,
@@ -41,7 +41,7 @@ pub struct Package<R> {
 pub struct LibraryFile {
     /// FMI's name of the platform, such as `linux64`.
     pub platform: String,
-    /// The path in the archive.
+    /// The path of the file in the archive.
     pub path: String,
 }
 

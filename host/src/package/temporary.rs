@@ -14,13 +14,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tempfile::{TempDir, TempPath};
 
-/// The prefix and suffix of their names.
+/// The prefix and the usual suffix of the names of temporary files and folders.
 const NAME: (&str, &str) = (".plcfmu-", ".tmp");
 
 /// The lock file in a [`Folder`], locked by the process that uses it.
 const LOCK: &str = ".lock";
 
-/// The age at which a leftover without a lock counts as abandoned.
+/// The age after which a leftover whose lock cannot be tested counts as abandoned.
 const A_DAY: Duration = Duration::from_secs(86_400);
 
 /// The temporary files and folders that currently belong to this process.
@@ -30,15 +30,16 @@ fn present_ones() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     PRESENT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes all temporary files and folders of this process, which is about to end and can no longer create any.
+/// Removes all temporary files and folders of this process. To be called just before it ends: it can no longer create
+/// any.
 pub fn remove_all() {
     let present = present_ones();
     present.iter().for_each(|path| remove(path));
-    // Other threads block until the process ends if they create or remove one.
+    // Never unlocked: other threads that create or remove one block until the process ends.
     std::mem::forget(present);
 }
 
-/// An entry of [`PRESENT`].
+/// An entry of [`PRESENT`], removed from it when dropped.
 #[derive(Debug)]
 struct Listed(PathBuf);
 
@@ -48,7 +49,7 @@ impl Drop for Listed {
     }
 }
 
-/// Creates a file or folder and lists it. No signal can be handled in between.
+/// Creates a file or folder and adds it to [`PRESENT`]; [`remove_all`] cannot run in between.
 fn listed<T>(make: impl FnOnce() -> io::Result<T>, path: impl FnOnce(&T) -> &Path) -> io::Result<(T, Listed)> {
     let mut present = present_ones();
     let made = make()?;
@@ -68,7 +69,7 @@ fn new_file(folder: &Path, suffix: &str, mode: u32) -> io::Result<tempfile::Name
     builder.tempfile_in(folder)
 }
 
-/// Options for opening a file in a temporary folder that only its owner can access.
+/// Options for opening a file in a temporary folder; if it is created, only its owner can access it.
 pub fn options() -> OpenOptions {
     #[cfg_attr(not(unix), allow(unused_mut))]
     let mut options = OpenOptions::new();
@@ -77,7 +78,7 @@ pub fn options() -> OpenOptions {
     options
 }
 
-/// Creates a folder and its parents in a temporary folder, with the same permissions as [`options`].
+/// Creates a folder and its parents in a temporary folder; only their owner can access them.
 ///
 /// # Errors
 /// It cannot be created.
@@ -94,7 +95,7 @@ fn usual_permissions(folder: &Path) -> io::Result<Permissions> {
 }
 
 /// Writes a file next to its destination, checks it there, and renames it: at any moment, either the old or the new
-/// file exists. The new file keeps the old one's mode and owner. Symbolic links are followed. A device, FIFO or socket
+/// file exists. The new file keeps the old one's mode and, if permitted, owner. Symbolic links are followed. A device, FIFO or socket
 /// is written to after the check.
 ///
 /// # Errors
@@ -116,7 +117,7 @@ pub struct Pending {
     beside: TempPath,
     _listed: Listed,
     path: PathBuf,
-    /// Whether the destination is not a regular file and must be written to.
+    /// Whether the destination is a device, FIFO or socket, which is written to rather than replaced.
     is_stream: bool,
 }
 
@@ -152,7 +153,7 @@ impl Pending {
         if !is_stream {
             let permissions = match present {
                 Some(present) => {
-                    // Only the superuser can change the owner of a file.
+                    // May fail: only the superuser can change the owner of a file.
                     #[cfg(unix)]
                     let _ = std::os::unix::fs::fchown(&file, Some(present.uid()), Some(present.gid()));
                     present.permissions()
@@ -191,7 +192,7 @@ fn present(path: &Path) -> Result<Option<Metadata>> {
     }
 }
 
-/// The target of a path's symbolic links, even if nothing exists there. They form no cycle, as [`present`] has
+/// The path after following symbolic links, even if nothing exists there. The links form no cycle, as [`present`] has
 /// verified.
 fn linked(path: &Path) -> PathBuf {
     match fs::read_link(path) {
@@ -229,7 +230,7 @@ pub fn check_outputs<'a>(
     Ok(())
 }
 
-/// The folder that contains a file.
+/// The folder that contains a file, `.` if the path has none.
 pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
@@ -344,12 +345,12 @@ impl Document {
 }
 
 /// Removes leftovers of this user's killed commands from the system's folder for temporary files: those that are
-/// unlocked, or that cannot be locked and are older than a day.
+/// unlocked, or whose lock cannot be tested and that are older than a day.
 pub fn remove_forgotten() {
     remove_forgotten_in(&std::env::temp_dir());
 }
 
-/// Removes leftovers from another folder.
+/// As [`remove_forgotten`], for any folder.
 fn remove_forgotten_in(folder: &Path) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut left = entries.filter(|entry| is_ours(&entry.file_name().to_string_lossy())).peekable();
@@ -372,8 +373,9 @@ fn remove_forgotten_in(folder: &Path) {
         let lock = File::open(if of.is_dir() { path.join(LOCK) } else { path.clone() });
         let lock = lock.ok().filter(|_| of.is_dir() || cfg!(unix));
         let is_forgotten = lock.as_ref().map_or_else(is_old, |lock| lock.try_lock().is_ok());
-        // A folder's lock was taken before it got its name, and Windows does not remove an open file. A file is removed
-        // while locked; a process that has just created it waits for the lock.
+        // Keep a file locked while removing it: a process that has just created it waits for the lock, then creates
+        // another (see `locked`). Unlock a folder: Windows cannot remove the open lock file, and a folder that is about
+        // to be used never has an unlocked one.
         let _lock = lock.filter(|_| of.is_file());
         if is_forgotten {
             remove(&path);
