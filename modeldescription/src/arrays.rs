@@ -3,7 +3,8 @@
 use crate::description::{Description, Type, Variable};
 use std::collections::HashSet;
 
-/// The maximum number of elements; a larger array remains a single variable that can be neither set nor recorded.
+/// The maximum number of elements that are expanded; a larger array remains a single variable that can be neither set
+/// nor recorded.
 pub const MOST_ELEMENTS: u64 = 1 << 16;
 
 /// An array of an FMU. Its elements are consecutive variables in row-major order.
@@ -25,7 +26,8 @@ pub struct Array {
 }
 
 impl Description {
-    /// Replaces each array with its elements, `a[1]`, `a[2]` or `m[1,2]`, and adopts the types of the C functions.
+    /// Replaces each array with its elements, named `a[1]` or `m[1,2]`, and sets the type of each FMI 3.0 variable to
+    /// that of its C functions.
     pub fn expanded(mut self) -> Description {
         if self.is_fmi_3() {
             for variable in &mut self.variables {

@@ -39,17 +39,17 @@ pub struct Description {
     pub generation_tool: Option<String>,
     /// The generation date and time, as `xs:dateTime`.
     pub generation_date_and_time: Option<String>,
-    /// Its capabilities in co-simulation, if it supports that.
+    /// Its capabilities for co-simulation, if it supports co-simulation.
     pub co_simulation: Option<Support>,
-    /// Its capabilities in model exchange, if it supports that.
+    /// Its capabilities for model exchange, if it supports model exchange.
     pub model_exchange: Option<Support>,
-    /// Its capabilities in scheduled execution, if it supports that.
+    /// Its capabilities for scheduled execution, if it supports scheduled execution.
     pub scheduled_execution: Option<Support>,
-    /// The units in use.
+    /// The units that variables may refer to.
     pub units: Vec<Unit>,
     /// The categories of the FMU's messages.
     pub log_categories: Vec<LogCategory>,
-    /// The proposed simulation.
+    /// The proposed settings of a simulation.
     pub default_experiment: Option<DefaultExperiment>,
     /// The variables.
     pub variables: Vec<Variable>,
@@ -81,11 +81,11 @@ pub struct Variable {
     pub variability: Variability,
     /// How its initial value is determined; `None` for an input and for the independent variable.
     pub initial: Option<Initial>,
-    /// The type by which it is read and written; `None` if it is a string.
+    /// The type by which it is read and written; `None` if it cannot be read as a number, such as a string.
     pub kind: Option<Type>,
-    /// The name of its type in the standard.
+    /// The name of its type in its FMI version, such as `Float64`.
     pub type_name: &'static str,
-    /// The sizes of an array in row-major order; empty if it is a scalar.
+    /// The size of each dimension of an array, 0 if unknown; empty for a scalar.
     pub dimensions: Vec<u64>,
     /// The unit of its values.
     pub unit: Option<String>,
@@ -99,10 +99,11 @@ pub struct Variable {
     pub start: Option<f64>,
     /// The value of a string before initialization.
     pub start_text: Option<String>,
-    /// The values of an array before initialization, one for each element; empty for a scalar or string.
+    /// The values of an array before initialization, one for each element (in a very large array, one may apply to
+    /// all); empty for a scalar or string.
     pub starts: Vec<f64>,
-    /// The exact integer values before initialization, for arrays and scalars: for 64-bit integers, `start` and
-    /// `starts` are only the nearest numbers. Empty in FMI 2.0, which has 32-bit integers.
+    /// The values of an integer before initialization, one for each element or one for all. Unlike `start` and
+    /// `starts`, they are exact even for large 64-bit integers. Empty in FMI 2.0, which has only 32-bit integers.
     pub exact: Vec<i128>,
     /// Whether it is a structural parameter, on which array sizes may depend and which is set in Configuration Mode.
     pub is_structural: bool,
@@ -176,7 +177,7 @@ pub enum Type {
 }
 
 impl Type {
-    /// All types, in order.
+    /// All types, in the order of declaration.
     pub const ALL: [Type; 11] = [
         Type::Real,
         Type::Integer,
@@ -200,7 +201,7 @@ impl Type {
         }
     }
 
-    /// Its name, in FMI 2.0 if it exists there.
+    /// Its name in FMI 2.0; in FMI 3.0 if FMI 2.0 does not have the type.
     pub const fn name(self) -> &'static str {
         match self {
             Type::Real => "Real",
@@ -226,7 +227,7 @@ impl Type {
         }
     }
 
-    /// The lowest and highest values of an integer type.
+    /// The lowest and highest values of an integer type; `None` for other types.
     pub const fn whole(self) -> Option<(i128, i128)> {
         match self {
             Type::Real | Type::Float32 | Type::Boolean => None,
@@ -256,12 +257,12 @@ impl Type {
         matches!(self, Type::Real | Type::Float32)
     }
 
-    /// Whether a value is passed as its 64 bits, because a floating-point number cannot hold it.
+    /// Whether a cell holds the bits of a value instead of its number, because an `f64` cannot represent every value.
     pub const fn is_wide(self) -> bool {
         matches!(self, Type::Int64 | Type::UInt64)
     }
 
-    /// The number in a cell; the nearest one if the type is wide.
+    /// The number in a cell, rounded to an `f64`.
     pub fn number(self, cell: f64) -> f64 {
         match self {
             Type::Int64 => cell.to_bits() as i64 as f64,
@@ -270,7 +271,7 @@ impl Type {
         }
     }
 
-    /// A number as a cell: a 64-bit integer is stored bit by bit.
+    /// A number as a cell. The cell of a 64-bit integer has the same bits as the integer.
     pub fn cell(self, number: f64) -> f64 {
         match self {
             Type::Int64 => f64::from_bits(number as i64 as u64),
@@ -317,7 +318,7 @@ impl Description {
         self.fmi_version.starts_with('3')
     }
 
-    /// The name of the library; the one for co-simulation if the FMU supports both.
+    /// The name of the library for co-simulation or, if the FMU does not support that, for model exchange.
     pub fn model_identifier(&self) -> Option<&str> {
         let support = self.co_simulation.as_ref().or(self.model_exchange.as_ref());
         support.map(|support| support.model_identifier.as_str())
@@ -334,8 +335,8 @@ impl Description {
         self.variables.iter().find(|variable| variable.name == name)
     }
 
-    /// The sampling time of the block inside: the fixed parameter in seconds whose start value is the proposed step, if
-    /// there is exactly one.
+    /// The sampling time of the block in the FMU: the only fixed parameter in seconds whose start value equals the
+    /// proposed step size. `None` if there are none or several.
     pub fn cycle(&self) -> Option<&Variable> {
         let step = self.default_experiment.and_then(|experiment| experiment.step_size)?;
         let is_cycle = |variable: &&Variable| {
@@ -361,7 +362,7 @@ impl Support {
 }
 
 impl Variable {
-    /// Whether a host may set it: it is an input or parameter that is not constant.
+    /// Whether a host may set it: it is an input or a parameter, but neither constant nor structural.
     pub fn is_settable(&self) -> bool {
         matches!(self.causality, Causality::Input | Causality::Parameter)
             && self.variability != Variability::Constant
@@ -406,7 +407,7 @@ elements! {
         can_handle_variable_communication_step_size "canHandleVariableCommunicationStepSize": bool = false;
         /// Whether derivatives of inputs are accepted.
         can_interpolate_inputs "canInterpolateInputs": bool = false;
-        /// The highest order of output derivatives.
+        /// The highest order of output derivatives that the FMU provides; 0 if it provides none.
         max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
         /// Whether a step may continue after its call has returned. (The standard's spelling.)
         can_run_asynchronuously "canRunAsynchronuously": bool = false;
@@ -477,7 +478,7 @@ elements! {
         description "description": Option<String>;
     }
 
-    /// `DefaultExperiment`: the proposed simulation.
+    /// `DefaultExperiment`: the proposed settings of a simulation.
     #[derive(Copy)]
     DefaultExperiment "DefaultExperiment" {
         /// The start time in seconds.

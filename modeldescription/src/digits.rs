@@ -19,8 +19,8 @@ pub fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// A number rounded to the digits justified by the spread: to a power of ten of at most one fiftieth of it; to at most
-/// six digits if the spread is 0.
+/// A number rounded to the digits that the spread of such numbers justifies: to the largest power of ten that is at
+/// most one fiftieth of `spread`. If `spread` is 0, it has at most six digits.
 pub fn within(value: f64, spread: f64) -> String {
     let place = (spread / 50.0).log10().floor();
     if !(value.is_finite() && (-15.0..=15.0).contains(&place)) {
@@ -35,7 +35,7 @@ pub fn within(value: f64, spread: f64) -> String {
     if rounded.abs() < 1e9 { format!("{}", rounded + 0.0) } else { format!("{rounded:e}") }
 }
 
-/// A number with three significant digits, but no digit finer than `least`.
+/// A number with three significant digits, but with no decimal place finer than that of `least`.
 pub fn rounded(value: f64, least: f64) -> String {
     let third = 10f64.powf(value.abs().log10().floor() - 2.0);
     within(value, 50.0 * third.max(10f64.powf(least.log10().floor())))

@@ -21,7 +21,7 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// A text shortened for a message: a long one is truncated after 60 characters.
+/// A text shortened for a message: after 60 characters, the rest is replaced with an ellipsis.
 pub fn shortened(text: &str) -> Cow<'_, str> {
     const MOST: usize = 60;
     match text.char_indices().nth(MOST) {

@@ -55,8 +55,7 @@ pub(crate) fn repeated<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a S
     names.filter(|name| !seen.insert(name.as_str())).collect()
 }
 
-/// Reports an empty range or a start value outside it. NaN is not ordered, so it is reported as min, max or start if
-/// there is anything to compare it with.
+/// Reports an empty range or a start value outside it. A NaN is reported if there is another value to compare it with.
 pub(crate) fn check_range<T: PartialOrd + Debug + Copy>(
     min: Option<T>,
     max: Option<T>,

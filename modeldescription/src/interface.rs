@@ -28,7 +28,7 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// The interface of a table that no library describes. It has no capabilities or log categories.
+    /// The interface for a table that was not obtained from a library: without capabilities or log categories.
     ///
     /// # Errors
     /// The table is inconsistent.
@@ -45,8 +45,8 @@ impl Interface {
         })
     }
 
-    /// Parses the JSON that a library returns. It describes FMI 2.0; its form in other versions follows from that, and
-    /// from the requested [`Interface::version`], [`Interface::types`] and [`Interface::names`].
+    /// Parses the JSON that a library returns, which describes it as FMI 2.0. To obtain a model description of another
+    /// form, change [`Interface::version`], [`Interface::types`] and [`Interface::names`] of the result.
     ///
     /// # Errors
     /// The JSON is malformed or belongs to a different FMI version, the cycle row does not contain the cycle, or a

@@ -47,7 +47,7 @@ fn unit_definition(name: &str) -> Option<Unit> {
     Some(Unit { name: name.into(), base_unit: Some(base_unit), display_units })
 }
 
-/// The attributes in FMI for a role.
+/// The causality, variability and `initial` in FMI for a role.
 pub(crate) fn causality(role: Role) -> (Causality, Variability, Option<Initial>) {
     match role {
         Role::Input => (Causality::Input, Variability::Discrete, None),

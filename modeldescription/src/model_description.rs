@@ -26,7 +26,7 @@ pub enum ModelDescription {
     V3(Box<v3::ModelDescription>),
 }
 
-/// The parts of a preset that replace those of the original.
+/// The parts of a model description that a preset replaces.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Preset {
     /// The model's name.
@@ -35,7 +35,7 @@ pub struct Preset {
     pub guid: String,
     /// The indices of variables (one for each element of an array), with their start values.
     pub starts: Vec<(usize, Value)>,
-    /// The proposed simulation.
+    /// The proposed settings of a simulation.
     pub default_experiment: Option<DefaultExperiment>,
 }
 
@@ -76,8 +76,8 @@ impl ModelDescription {
         }
     }
 
-    /// All mistakes that a schema does not detect, one sentence each. In a preset, the model's name differs from that
-    /// of the library.
+    /// All mistakes that a schema does not detect, one sentence each. In a preset, the model's name may differ from
+    /// that of the library.
     pub fn check(&self, is_preset: bool) -> Findings {
         match self {
             ModelDescription::V2(own) if is_preset => {
@@ -104,9 +104,9 @@ impl ModelDescription {
         self
     }
 
-    /// Adds source files, to be placed in the FMU's `sources` folder.
+    /// Lists these files as the contents of the FMU's `sources` folder. Does nothing in FMI 3.0.
     pub fn with_sources(mut self, names: &[String]) -> ModelDescription {
-        // FMI 3.0 lists them in a separate file.
+        // FMI 3.0 lists source files in a separate file.
         if let ModelDescription::V2(own) = &mut self
             && let Some(co_simulation) = &mut own.co_simulation
         {
@@ -115,7 +115,7 @@ impl ModelDescription {
         self
     }
 
-    /// The source files in the FMU's `sources` folder.
+    /// The files listed as the contents of the FMU's `sources` folder; none in FMI 3.0.
     pub fn sources(&self) -> Vec<&str> {
         let ModelDescription::V2(own) = self else { return Vec::new() };
         let exchange = own.model_exchange.iter().flat_map(|own| &own.source_files);
@@ -138,7 +138,7 @@ impl ModelDescription {
                 for (place, start) in preset.starts {
                     own.set_start(place, number(start));
                 }
-                // They contain the block's own start values.
+                // The source files contain the block's own start values, not those of the preset.
                 ModelDescription::V2(own).with_sources(&[])
             }
             ModelDescription::V3(own) => {

@@ -1,4 +1,4 @@
-//! Variable names, for hosts that accept any name and for those that only accept identifiers.
+//! Variable names, for hosts that accept any name and for those that accept only identifiers.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -38,7 +38,7 @@ impl Names {
         flat.into()
     }
 
-    /// Rejects two names that become identical.
+    /// Rejects two different names that [`Names::convert`] would make identical.
     pub(crate) fn check<'a>(self, names: impl Iterator<Item = &'a str>) -> Result<(), String> {
         if self == Names::Structured {
             return Ok(());

@@ -9,9 +9,9 @@ use blocks::{Kind, Types, Value};
 use std::collections::HashMap;
 
 impl Description {
-    /// The variable index of each row of a table. A row is given by its name and a key that all elements of an array
-    /// have in common; the FMU may have flat [`Names`]. Array indices start at 1 here, regardless of their lower bound
-    /// in the PLC. The description must be [`expanded`](Description::expanded).
+    /// The variable index of each row of a table; `None` if the FMU lacks the row. A row is given by its name and a key
+    /// that all elements of an array have in common; the FMU may have flat [`Names`]. Array indices start at 1 here,
+    /// regardless of their lower bound in the PLC. The description must be [`expanded`](Description::expanded).
     pub fn places<'a, K: PartialEq>(&self, rows: impl Iterator<Item = (&'a str, K)>) -> Vec<Option<usize>> {
         let rows: Vec<(&str, K)> = rows.collect();
         let names: HashMap<&str, usize> = self.variables.iter().map(|of| of.name.as_str()).zip(0..).collect();

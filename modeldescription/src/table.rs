@@ -84,7 +84,7 @@ struct CharacteristicGrammar {
     show: Vec<String>,
 }
 
-/// Reads a table.
+/// Reads a table from JSON.
 ///
 /// # Errors
 /// The JSON is malformed, a value does not fit its type, or a restart value depends on something other than a setting.
@@ -139,7 +139,7 @@ impl RowGrammar {
     fn row(&self, from: Vec<usize>) -> Result<Row, String> {
         let kind = self.kind;
         let value = |number: f64| match kind {
-            // A program may have a negative start value for a duration, which no host can set.
+            // Negative durations are allowed here: a program may start with one, although no host can set it.
             Kind::Time => Ok(Value::Time(Time::ms((number * 1000.0).round() as i32))),
             _ => to_value(number, kind).map_err(|range| format!("{number:?}: {range}")),
         };

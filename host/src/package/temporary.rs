@@ -95,8 +95,8 @@ fn usual_permissions(folder: &Path) -> io::Result<Permissions> {
 }
 
 /// Writes a file next to its destination, checks it there, and renames it: at any moment, either the old or the new
-/// file exists. The new file keeps the old one's mode and, if permitted, owner. Symbolic links are followed. A device, FIFO or socket
-/// is written to after the check.
+/// file exists. The new file keeps the old one's mode and, if permitted, owner. Symbolic links are followed. A device,
+/// FIFO or socket is written to after the check.
 ///
 /// # Errors
 /// The file cannot be written, or `write` or `check` fails.

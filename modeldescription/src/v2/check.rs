@@ -12,9 +12,9 @@ use std::collections::{HashMap, HashSet};
 
 /// All mistakes in a model description that a schema does not detect but that may mislead a host, one sentence each.
 ///
-/// The requirements for an FMU of this project exceed those of [`read`](super::read()) for any FMU: the model and the
-/// library have the same name, a C identifier; names, causality, variability and start values agree with the standard's
-/// tables; the model structure lists exactly the variables that belong there.
+/// An FMU built by this project must meet more requirements than [`read`](super::read()) checks in FMUs from any tool:
+/// the model and the library have the same name, a C identifier; names, causality, variability and start values agree
+/// with the standard's tables; the model structure lists exactly the variables that belong there.
 ///
 /// If there are more than [`MOST_FINDINGS`] of a kind, the last sentence states the number of the others.
 pub fn check(description: &ModelDescription) -> Findings {
@@ -38,7 +38,7 @@ pub fn check(description: &ModelDescription) -> Findings {
     Findings { forbidden: forbidden.sentences(), departures: departures.sentences(), odd: odd.sentences() }
 }
 
-/// The location of a contradiction: the index of a variable in the list, or `None` for elsewhere.
+/// The location of a contradiction: the 0-based position of a variable, or `None` if it is not in a variable.
 pub(crate) type Place = Option<usize>;
 
 /// Units and types by name.
@@ -202,7 +202,7 @@ fn is_index(index: u32, count: usize) -> bool {
     place(index).is_some_and(|place| place < count)
 }
 
-/// The list position of the variable with this index.
+/// The 0-based position of the variable with this 1-based index.
 fn place(index: u32) -> Option<usize> {
     usize::try_from(index).ok()?.checked_sub(1)
 }
@@ -336,7 +336,8 @@ fn check_display_unit(
     }
 }
 
-/// Checks that no output has the value reference of an input or parameter: it would change when the host sets that.
+/// Checks that no output shares the value reference of an input or parameter: setting the latter would change the
+/// output.
 fn check_aliases(description: &ModelDescription, forbidden: &mut Counted) {
     let variables = || description.model_variables.iter();
     let key = |variable: &Variable| (functions(&variable.typed), variable.value_reference);

@@ -46,7 +46,7 @@ impl ModelDescription {
                 widen(&mut real.attributes.min, &mut real.attributes.max, start);
             }
             Typed::Integer(integer) => {
-                // A DWORD is the integer with the same bits.
+                // A DWORD becomes the Integer with the same bits.
                 let start = start as i64 as i32;
                 integer.start = Some(start);
                 widen(&mut integer.attributes.min, &mut integer.attributes.max, start);

@@ -41,20 +41,20 @@ elements! {
         generation_date_and_time "generationDateAndTime": Option<String>;
         /// The naming convention of variables.
         variable_naming_convention "variableNamingConvention": VariableNamingConvention = VariableNamingConvention::Flat;
-        /// Model exchange only.
+        /// Model exchange only: the number of event indicators.
         number_of_event_indicators "numberOfEventIndicators": Option<u32>;
     }, children except "VendorAnnotations" {
-        /// Its capabilities in model exchange, if it supports that.
+        /// Its capabilities for model exchange, if it supports model exchange.
         model_exchange: Option<ModelExchange>;
-        /// Its capabilities in co-simulation, if it supports that.
+        /// Its capabilities for co-simulation, if it supports co-simulation.
         co_simulation: Option<CoSimulation>;
-        /// The units in use.
+        /// The units that variables may refer to.
         unit_definitions in "UnitDefinitions": Vec<Unit>;
         /// Types that variables refer to by `declaredType`.
         type_definitions in "TypeDefinitions": Vec<SimpleType>;
         /// The categories of the FMU's messages.
         log_categories in "LogCategories": Vec<LogCategory>;
-        /// The proposed simulation.
+        /// The proposed settings of a simulation.
         default_experiment: Option<DefaultExperiment>;
         /// The variables. The model structure refers to them by their index, which starts at 1.
         model_variables in "ModelVariables", required: Vec<Variable>;
@@ -62,7 +62,7 @@ elements! {
         model_structure: ModelStructure;
     }
 
-    /// `ModelExchange`: capabilities for hosts with a solver of their own.
+    /// `ModelExchange`: capabilities for hosts that provide the solver.
     ModelExchange "ModelExchange" {
         /// The name of the library and prefix of its functions.
         model_identifier "modelIdentifier": String;
@@ -154,7 +154,7 @@ elements! {
         /// The physical quantity.
         quantity "quantity": Option<String>;
     }, children {
-        /// The names and their numbers.
+        /// The named values.
         items: Vec<Item>;
     }
 
@@ -182,7 +182,7 @@ elements! {
         variability "variability": Variability = Variability::Continuous;
         /// How its initial value is determined, if stated in the file; see [`Variable::initial_or_default`].
         initial "initial": Option<Initial>;
-        /// Model exchange only.
+        /// Model exchange only: whether an input may be set more than once at the same instant.
         can_handle_multiple_set_per_time_instant "canHandleMultipleSetPerTimeInstant": Option<bool>;
     }, children except "Annotations" {
         /// Its type and the attributes of that type.

@@ -139,7 +139,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
     }
 }
 
-/// A DWORD is the integer with the same bits.
+/// The value of an Integer; a DWORD becomes the Integer with the same bits.
 fn integer(value: Value) -> Option<i32> {
     exact(value).map(|integer| integer as i32)
 }

@@ -2,13 +2,13 @@
 //! FMU read from it.
 //!
 //! ```text
-//! Interface --ModelDescription::of--> ModelDescription --write--> XML
+//! Interface ----from_interface------> ModelDescription --write--> XML
 //!                  Description <------------ |  ^                  |
 //!                                               +------- read -----+
 //! ```
 //!
-//! [`ModelDescription`] is plain data. [`write()`] turns it into XML, always the same bytes; [`read()`] reads any FMI
-//! 2.0 model description, whichever tool generated it, and rejects damaged or hostile files with one sentence;
+//! [`ModelDescription`] is plain data. [`write()`] converts it to XML, always to the same bytes; [`read()`] reads any
+//! FMI 2.0 model description, whichever tool generated it, and rejects damaged or hostile files with one sentence;
 //! [`check()`] finds mistakes that a schema does not detect.
 
 mod check;

@@ -22,7 +22,7 @@ elements! {
     BuildConfiguration "BuildConfiguration" {
         /// The name of the library.
         model_identifier "modelIdentifier": String;
-        /// The platform, if it is specific to one.
+        /// The platform to which it is limited, if any.
         platform "platform": Option<String>;
         /// A short description.
         description "description": Option<String>;
@@ -54,7 +54,7 @@ elements! {
 
     /// `SourceFile`: a file in `sources`.
     SourceFile "SourceFile" {
-        /// Its path in that folder.
+        /// Its path, relative to `sources`.
         name "name": String;
     }
 
@@ -62,7 +62,7 @@ elements! {
     PreprocessorDefinition "PreprocessorDefinition" {
         /// Its name.
         name "name": String;
-        /// Whether it may be omitted.
+        /// Whether it may be left undefined.
         optional "optional": bool = false, omitted;
         /// Its value.
         value "value": Option<String>;
@@ -83,7 +83,7 @@ elements! {
 
     /// `IncludeDirectory`: a folder with headers.
     IncludeDirectory "IncludeDirectory" {
-        /// Its path in `sources`.
+        /// Its path, relative to `sources`.
         name "name": String;
     }
 
@@ -93,7 +93,7 @@ elements! {
         name "name": String;
         /// Its version.
         version "version": Option<String>;
-        /// Whether it is not in the FMU.
+        /// Whether the FMU does not include it, so that it must be installed.
         external "external": bool = false, omitted;
         /// A short description.
         description "description": Option<String>;

@@ -35,7 +35,7 @@ pub fn check(description: &ModelDescription) -> Findings {
     Findings { forbidden: forbidden.sentences(), departures: departures.sentences(), odd: odd.sentences() }
 }
 
-/// The location of a contradiction: the index of a variable in the list, or `None` for elsewhere.
+/// The location of a contradiction: the 0-based position of a variable, or `None` if it is not in a variable.
 pub(crate) type Place = Option<usize>;
 
 fn about(variable: &Variable, sentence: &str) -> String {

@@ -17,7 +17,7 @@ impl ModelDescription {
     /// The description of the FMU, independent of the FMI version. An alias becomes a separate variable.
     pub fn description(&self) -> Description {
         let types: Types = self.type_definitions.iter().map(|of| (of.name.as_str(), &of.attributes)).collect();
-        // The model identifier comes first.
+        // The first attribute is the model identifier, which is not a capability.
         let support = |identifier: &str, all: Vec<(&'static str, String)>| Support {
             model_identifier: identifier.into(),
             capabilities: all.into_iter().skip(1).collect(),
@@ -92,7 +92,7 @@ impl ModelDescription {
     }
 }
 
-/// Sets the start value of an element of a variable.
+/// Sets the start value of one of the `count` elements of a variable; a scalar has one element.
 fn set_start(variable: &mut Variable, element: usize, count: usize, start: Value) {
     // The shortest decimal form of a 32-bit number differs from that of the same 64-bit number.
     let is_narrow = matches!(variable.typed, Typed::Float32(_));
@@ -118,7 +118,8 @@ fn set_start(variable: &mut Variable, element: usize, count: usize, start: Value
     }
 }
 
-/// The number of elements of a variable that can be set, connected and recorded.
+/// The number of variables into which [`Description::expanded`] expands a variable: one for each element, or one for a
+/// scalar or an array that is too large.
 fn elements(of: &Variable, sizes: &HashMap<u32, u64>) -> usize {
     let count = of.dimensions.iter().try_fold(1u64, |product, one| product.checked_mul(size(one, sizes)?));
     count.filter(|count| *count <= MOST_ELEMENTS).map_or(1, |count| count as usize)

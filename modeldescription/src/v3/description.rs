@@ -48,19 +48,19 @@ elements! {
         /// The naming convention of variables.
         variable_naming_convention "variableNamingConvention": VariableNamingConvention = VariableNamingConvention::Flat;
     }, children {
-        /// Its capabilities in model exchange, if it supports that.
+        /// Its capabilities for model exchange, if it supports model exchange.
         model_exchange: Option<ModelExchange>;
-        /// Its capabilities in co-simulation, if it supports that.
+        /// Its capabilities for co-simulation, if it supports co-simulation.
         co_simulation: Option<CoSimulation>;
-        /// Its capabilities in scheduled execution, if it supports that.
+        /// Its capabilities for scheduled execution, if it supports scheduled execution.
         scheduled_execution: Option<ScheduledExecution>;
-        /// The units in use.
+        /// The units that variables may refer to.
         unit_definitions in "UnitDefinitions": Vec<Unit>;
         /// Types that variables refer to by `declaredType`.
         type_definitions in "TypeDefinitions": Vec<TypeDefinition>;
         /// The categories of the FMU's messages.
         log_categories in "LogCategories": Vec<LogCategory>;
-        /// The proposed simulation.
+        /// The proposed settings of a simulation.
         default_experiment: Option<DefaultExperiment>;
         /// The variables. The model structure refers to them by their value references.
         model_variables in "ModelVariables", required: Vec<Variable>;
@@ -88,7 +88,7 @@ elements! {
         provides_per_element_dependencies "providesPerElementDependencies": bool = false;
     }
 
-    /// `ModelExchange`: capabilities for hosts with a solver of their own.
+    /// `ModelExchange`: capabilities for hosts that provide the solver.
     ModelExchange "ModelExchange" {
         /// The capabilities common to all kinds of simulation.
         of: InterfaceType;
@@ -106,11 +106,11 @@ elements! {
         can_handle_variable_communication_step_size "canHandleVariableCommunicationStepSize": bool = false;
         /// The step size of the FMU's solver in seconds, if it is fixed.
         fixed_internal_step_size "fixedInternalStepSize": Option<f64>;
-        /// The highest order of output derivatives.
+        /// The highest order of output derivatives that the FMU provides; 0 if it provides none.
         max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
         /// The recommended smoothness of inputs set in the intermediate update.
         recommended_intermediate_input_smoothness "recommendedIntermediateInputSmoothness": i32 = 0, omitted;
-        /// Whether the FMU calls the host within a step.
+        /// Whether the FMU can call the host's intermediate update within a step.
         provides_intermediate_update "providesIntermediateUpdate": bool = false;
         /// Whether a step may return before its end.
         might_return_early_from_do_step "mightReturnEarlyFromDoStep": bool = false;
@@ -163,7 +163,7 @@ elements! {
         causality "causality": Causality = Causality::Local;
         /// Its variability: when it changes, if stated in the file; see [`Variable::variability`].
         variability "variability": Option<Variability>;
-        /// Model exchange only.
+        /// Model exchange only: whether an input may be set more than once at the same instant.
         can_handle_multiple_set_per_time_instant "canHandleMultipleSetPerTimeInstant": Option<bool>;
         /// The value references of the clocks on whose ticks it changes.
         clocks "clocks": Option<Vec<u32>>;
@@ -177,8 +177,8 @@ elements! {
         initial "initial": Option<Initial>;
     }
 
-    /// The attributes shared by a floating-point number and its declared type. Those of a Float32 are decimals, for
-    /// which the FMU has the nearest 32-bit numbers.
+    /// The attributes shared by a floating-point number and its declared type. Those of a Float32 are as written in the
+    /// file, not yet rounded to 32 bits.
     FloatAttributes {
         /// The physical quantity, such as `Torque`.
         quantity "quantity": Option<String>;
@@ -248,19 +248,19 @@ elements! {
         can_be_deactivated "canBeDeactivated": bool = false, omitted;
         /// Scheduled execution only: the priority; lower numbers come first.
         priority "priority": Option<u32>;
-        /// The source of its interval.
+        /// What determines its interval.
         interval_variability "intervalVariability": IntervalVariability;
         /// The interval in seconds.
         interval_decimal "intervalDecimal": Option<f64>;
         /// The time of the first tick after the start, in seconds.
         shift_decimal "shiftDecimal": f64 = 0.0, omitted;
-        /// Whether the functions with fractions are supported.
+        /// Whether the interval can be read and set as a fraction of counts.
         supports_fraction "supportsFraction": bool = false, omitted;
-        /// The divisor of the counters.
+        /// The number of counts per second.
         resolution "resolution": Option<u64>;
-        /// The interval as a counter.
+        /// The interval in counts.
         interval_counter "intervalCounter": Option<u64>;
-        /// The time of the first tick, as a counter.
+        /// The time of the first tick after the start, in counts.
         shift_counter "shiftCounter": u64 = 0, omitted;
     }
 
@@ -324,31 +324,31 @@ elements! {
 
     /// `Output`
     Output "Output" {
-        /// The variable.
+        /// The variable and its dependencies.
         unknown: Unknown;
     }
 
     /// `ContinuousStateDerivative`
     ContinuousStateDerivative "ContinuousStateDerivative" {
-        /// The variable.
+        /// The variable and its dependencies.
         unknown: Unknown;
     }
 
     /// `ClockedState`
     ClockedState "ClockedState" {
-        /// The variable.
+        /// The variable and its dependencies.
         unknown: Unknown;
     }
 
     /// `InitialUnknown`
     InitialUnknown "InitialUnknown" {
-        /// The variable.
+        /// The variable and its dependencies.
         unknown: Unknown;
     }
 
     /// `EventIndicator`
     EventIndicator "EventIndicator" {
-        /// The variable.
+        /// The variable and its dependencies.
         unknown: Unknown;
     }
 }
@@ -372,10 +372,10 @@ words! {
         StructuralParameter "structuralParameter",
     }
 
-    /// The source of a clock's interval.
+    /// What determines a clock's interval.
     #[derive(Default)]
     IntervalVariability {
-        /// The file.
+        /// The model description.
         Constant "constant",
         /// The FMU, before the first tick.
         Fixed "fixed",

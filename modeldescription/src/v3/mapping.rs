@@ -124,7 +124,7 @@ fn unit(row: &Row, types: Types) -> Option<&str> {
     if is_float { row.shown_unit() } else { None }
 }
 
-/// The common attributes of a variable for a group that starts at a value reference.
+/// The common attributes of the variable for a group; `first` is the value reference of row (or text) 0.
 fn common(group: &Group, first: usize, description: String, role: Role) -> Common {
     let (of, variability, initial) = causality(role);
     let of = match of {
@@ -186,7 +186,7 @@ fn variable(table: &Table, group: &Group, types: Types) -> Result<Variable, Stri
     })
 }
 
-/// A limit shared by all elements.
+/// The limit that all elements have in common; `None` if they differ.
 fn shared<T: PartialEq>(rows: &[&Row], of: impl Fn(&Row) -> Option<T>) -> Option<T> {
     let first = of(rows[0]);
     first.filter(|first| rows.iter().all(|row| of(row).as_ref() == Some(first)))
@@ -261,8 +261,8 @@ fn bits(mut own: Integer, of: fn(i128) -> i128) -> Integer {
 }
 
 /// All outputs, in the order of their value references. They depend on nothing at the same instant because they change
-/// only in a call, which is a step or a separate instant. Before that, they have their values after a restart, which
-/// depend on the settings listed in the table.
+/// only when the block is called, in a step or at an event. Before the first call, they have their values after a
+/// restart, which depend on the settings listed in the table.
 fn structure(table: &Table, rows: &[Group], texts: &[Group]) -> ModelStructure {
     let mut references = vec![0; table.rows.len()];
     for group in rows {

@@ -1,7 +1,7 @@
 //! FMI 3.0: the elements of its modelDescription.xml, the mapping of a block's table to it, and the description of an
 //! FMU read from it.
 //!
-//! As for FMI 2.0: [`ModelDescription`] is plain data, [`write()`] turns it into XML, [`read()`] reads any FMI
+//! As for FMI 2.0: [`ModelDescription`] is plain data, [`write()`] converts it to XML, [`read()`] reads any FMI
 //! 3.0 model description, and [`check()`] finds mistakes that a schema does not detect.
 
 mod build_description;

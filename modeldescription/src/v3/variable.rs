@@ -16,7 +16,7 @@ pub struct Variable {
     pub common: Common,
     /// Its type and the attributes of that type.
     pub typed: Typed,
-    /// The sizes of an array in row-major order; empty if it is a scalar.
+    /// The size of each dimension of an array; empty for a scalar.
     pub dimensions: Vec<Dimension>,
     /// The values of a String or a Binary before initialization.
     pub starts: Vec<Start>,

@@ -304,7 +304,7 @@ macro_rules! elements {
         }
     };
 
-    // The reader has already checked it.
+    // The reader has already checked the value of this attribute.
     (@constant $name:literal $attributes:ident) => { $attributes.next() };
     (@default) => { Default::default() };
     (@default $default:expr) => { $default };

@@ -10,13 +10,13 @@ use std::borrow::Cow;
 /// The limits for reading. A file within them needs at most about ten times its size in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// The size of the file in bytes.
+    /// The maximum size of the file, in bytes.
     pub bytes: usize,
-    /// The number of variables.
+    /// The maximum number of variables.
     pub variables: usize,
-    /// The total number of elements.
+    /// The maximum total number of elements.
     pub elements: usize,
-    /// The nesting depth of elements inside an annotation. The schema fixes all other depths.
+    /// The maximum nesting depth of elements inside an annotation. The schema fixes all other depths.
     pub depth: usize,
 }
 
@@ -26,10 +26,10 @@ impl Default for Limits {
     }
 }
 
-/// The FMI version according to which a document is read.
+/// What a document is expected to contain.
 #[derive(Clone, Copy)]
 pub(crate) struct Schema {
-    /// The version as stated by `fmiVersion`.
+    /// The FMI version, as stated by `fmiVersion`.
     pub(crate) version: &'static str,
     /// The name of the root element, and the term for this kind of file.
     pub(crate) root: (&'static str, &'static str),
@@ -62,7 +62,8 @@ fn text(bytes: &[u8], limits: Limits, schema: Schema) -> Result<&str, Error> {
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
-/// Reads a file: the root element, and the position of each variable.
+/// Reads a file. `contradiction` then checks the root element: it returns a sentence and the 0-based position of the
+/// variable to blame, if any, whose line is added to the error.
 pub(crate) fn read_root<T: Element>(
     bytes: &[u8],
     limits: Limits,
@@ -132,7 +133,7 @@ impl Tag<'_> {
         names: &[&'static str],
         attributes: &mut [Option<Attribute<'e>>],
     ) -> Result<(), Error> {
-        // Duplicates are detected below; the parser's own check compares each attribute with all others.
+        // Duplicates are detected below: the parser's own check, which compares all pairs of attributes, would be slow.
         for attribute in self.tag.attributes().with_checks(false) {
             let attribute = attribute.map_err(|error| self.refused(&format!("{error}: repair the tag")))?;
             let name = attribute.key.0;
@@ -203,7 +204,7 @@ pub(crate) struct Document<'a> {
     limits: Limits,
     schema: Schema,
     elements: usize,
-    /// The position of each variable.
+    /// The byte position of each variable in the text.
     variables: Vec<usize>,
 }
 
@@ -389,7 +390,8 @@ fn cut_off(element: &Tag<'_>) -> Error {
     element.refused("the file ends inside this element: it is truncated")
 }
 
-/// The version is determined first because other FMI versions have different attributes.
+/// The index in `versions` of the version stated by the root element. It is determined first because other FMI versions
+/// have different attributes.
 fn version_among(versions: &[&'static str], root: &Tag<'_>) -> Result<usize, Error> {
     let mut attributes = root.tag.attributes();
     let attributes = attributes.with_checks(false).filter_map(Result::ok);
