@@ -76,7 +76,7 @@ def new_period(result):
 
 
 def characteristic(fmus, settings):
-    """Figures 3-6 to 3-9: the pulse length over INV. A row is a period."""
+    """Figures 3-6 to 3-9: the pulse length as a function of INV. A row is a period."""
     generator = fmus.start("PULSEGEN", settings, CYCLE=CYCLE, PER_TM=PER_TM, P_B_TM=P_B_TM)
     result = plcfmu.Result()
     for number, inv in enumerate(SWEEP):

@@ -13,7 +13,7 @@ impl Manifest {
     /// Reads the text that [`fmt::Display`] writes.
     ///
     /// # Errors
-    /// The first line that does not belong to such a text.
+    /// A line does not belong to such a text, or the time between two calls is missing or too long.
     pub fn parse(text: &str) -> Result<Manifest, String> {
         let mut lines = text.lines();
         if lines.next() != Some(FIRST) {

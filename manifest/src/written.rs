@@ -132,12 +132,12 @@ trait Item: Sized {
         Self::from_text(&number.to_string())
     }
 
-    /// Converts a pair, written as a list of a name and a value.
+    /// Converts a pair, written as a list of a name and a value; `None` if this type has no pairs.
     fn from_pair(_name: String, _of: String) -> Option<Self> {
         None
     }
 
-    /// The string that it is read from.
+    /// The string from which [`Item::from_text`] restores the value.
     fn text(&self) -> String;
 }
 

@@ -65,8 +65,8 @@ impl BlockType {
         self.members.iter().position(|member| member.name.eq_ignore_ascii_case(name))
     }
 
-    /// Advice on unexpected effects of these settings: sentences with names and numbers. All other settings keep their
-    /// start values. Empty for a block known only by its description.
+    /// Advice on unexpected effects of these settings, and the error that the block's own check finds in them, if any:
+    /// one sentence each. All other settings keep their start values. Empty for a block known only by its description.
     pub fn advice(&self, settings: &[(usize, Value)]) -> Vec<String> {
         self.advice.map_or_else(Vec::new, |advice| advice(settings))
     }

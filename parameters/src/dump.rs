@@ -99,7 +99,7 @@ fn whole(block: &BlockType) -> Result<(Vec<Option<Address>>, usize), String> {
     Ok(layout::addresses(block))
 }
 
-/// The bytes with set bits that belong to no member.
+/// The offsets of bytes in which bits are set that belong to no member.
 fn unused(addresses: &[Option<Address>], block: &BlockType, data: &[u8]) -> Vec<usize> {
     let mut used = vec![0u8; data.len()];
     for (member, address) in block.members.iter().zip(addresses) {

@@ -53,7 +53,7 @@ impl Encoding {
             let is_odd = !pairs.remainder().is_empty();
             let mut units: Vec<u16> = pairs.map(|pair| unit([pair[0], pair[1]])).collect();
             if is_odd && units.last().is_none_or(|last| !(0xD800..0xDC00).contains(last)) {
-                // An incomplete character, encoded as an unpaired surrogate.
+                // The odd byte at the end: an unpaired surrogate takes its place, which becomes U+FFFD below.
                 units.push(0xD800);
             }
             char::decode_utf16(units).map(|character| character.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
@@ -77,7 +77,7 @@ impl Encoding {
             Encoding::Windows1252 => text.chars().map(to_byte).collect(),
             #[cfg(feature = "encodings")]
             Encoding::Named(encoding) => match encoding.encode(text) {
-                // For some encodings, the encoder writes UTF-8, as browsers do.
+                // For some encodings, such as UTF-16, the encoder writes UTF-8 instead, as browsers do.
                 (bytes, written, false) if written == encoding => Some(bytes.into_owned()),
                 _ => None,
             },

@@ -111,7 +111,7 @@ impl Format {
 /// Reads the loops of a file.
 ///
 /// # Errors
-/// All problems in the file. No loop is then returned, unless [`Options::is_partial`] is set.
+/// The problems in the file. If [`Options::is_partial`] is set, they are an error only if no loop is correct.
 pub fn read(
     format: Format,
     source: &Source,
@@ -134,14 +134,15 @@ pub fn read(
     }
 }
 
-/// The maximum size of a JSON or XML file in bytes: its tree takes more memory. Forty loops need a hundredth of this.
+/// The maximum size of a JSON or XML file in bytes. It is lower than [`Source::LARGEST`] because the parsed file takes
+/// more memory. Forty loops need a hundredth of it.
 const LARGEST_TREE: usize = 16 << 20;
 
-/// Writes loops as a file in this format, which reads back bit for bit. If the format has comments, one states the
-/// `origin` of the file.
+/// Writes loops as a file in this format. The file reads back to the same values, bit for bit. If the format has
+/// comments, one states the `origin` of the file.
 ///
 /// # Errors
-/// The format cannot represent something, as explained in one sentence.
+/// The format cannot represent the loops: one sentence that states why.
 pub fn write(format: Format, loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
     match format {
         Format::Step7 => step7::write(loops, origin),

@@ -12,7 +12,7 @@ use std::fmt;
 pub struct Address {
     /// The byte offset.
     pub byte: usize,
-    /// The bit number of a BOOL, from the lowest; 0 for other types.
+    /// The bit number of a BOOL, 0 for the lowest bit; 0 for other types.
     pub bit: u8,
     /// Whether the address is displayed with its bit, as for a BOOL.
     pub is_bit: bool,
@@ -27,8 +27,8 @@ impl fmt::Display for Address {
 }
 
 /// The address of each member, and their total size in bytes, which is even. Members of inner blocks have no address,
-/// because the table does not specify the size of their neighbours' memory; neither do members that exist only in the
-/// FMU.
+/// because it would depend on the size of memory that the table does not specify; neither do members that exist only in
+/// the FMU.
 pub fn addresses(block: &BlockType) -> (Vec<Option<Address>>, usize) {
     let mut next = Address { byte: 0, bit: 0, is_bit: true };
     let mut addresses = Vec::new();

@@ -53,7 +53,8 @@ const fn expectation(kind: Kind) -> &'static str {
     }
 }
 
-/// The type that the literal's prefix indicates, and the correct form.
+/// The end of an error message: the type that the literal's prefix indicates, if it is a different one, and the correct
+/// form, if that is likely.
 fn remark(literal: &str, kind: Kind) -> &'static str {
     let Some((prefix, _)) = literal.trim().split_once('#') else { return "" };
     match prefix.to_ascii_uppercase().as_str() {
@@ -290,7 +291,7 @@ pub fn duration(literal: &str, resolution: i128) -> Result<i128, Refusal> {
     Ok(if is_negative { -sum } else { sum })
 }
 
-/// The decimals of a unit that is `length` times the resolution, as a multiple of the resolution.
+/// Converts the decimals of a number of units to a multiple of the resolution; a unit is `length` times the resolution.
 fn fraction_of(decimals: &str, length: i128) -> Result<i128, Refusal> {
     const NOT_WHOLE: Refusal = Refusal::Range("a TIME in whole milliseconds");
     // 86 400 000 000 000 has the factors 2^17 and 5^11: with more than 17 significant decimals the product is never an

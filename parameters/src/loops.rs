@@ -50,7 +50,7 @@ pub enum Origin {
         /// The byte range in the text.
         span: Range<usize>,
     },
-    /// A file without lines.
+    /// A file, without a location in it.
     File {
         /// The file name, as given by the user.
         file: String,

@@ -36,12 +36,13 @@ pub(crate) enum Given<'a> {
 pub(crate) struct Choice<'a> {
     /// The block for loops that do not name theirs.
     pub(crate) block: Option<&'a Arc<BlockType>>,
-    /// Whether the file has only one loop: the chosen block then applies, whatever the names.
+    /// Whether the file has only one loop: the chosen block then applies, whatever names its values have.
     pub(crate) is_for_one: bool,
 }
 
-/// Builds the loop with these values. Its block is the one chosen by the user, or else the only one that has all these
-/// names; `span` is the location of the loop.
+/// Builds the loop with these values. Its block is the one chosen by the user, unless the file has several loops and
+/// only other blocks have all these names; without a choice, or in that case, it is recognized by the names. `span` is the
+/// location of the loop.
 pub(crate) fn read(
     report: &mut Report,
     blocks: &[Arc<BlockType>],

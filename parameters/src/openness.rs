@@ -31,8 +31,8 @@ const BLOCKS: [&str; 2] = ["SW.Blocks.", "SW.TechnologicalObjects."];
 /// The namespace of the version written.
 const NAMESPACE: &str = "http://www.siemens.com/automation/Openness/SW/Interface/v5";
 
-/// Reads the instances in an exported document: instance data blocks, and the instances inside other blocks, which are
-/// named after their member.
+/// Reads the instances in an exported document: instance data blocks, and the instances inside other data blocks, which
+/// are named after their member.
 ///
 /// # Errors
 /// The document is not an Openness export, or an instance has a member, type or value that does not match its block.
@@ -275,7 +275,7 @@ fn is_kind(datatype: &str, kind: Kind) -> bool {
 /// assigns.
 ///
 /// # Errors
-/// A block contains other blocks, or a name cannot be represented in XML.
+/// A block contains other blocks, two loops have the same name, or a name cannot be represented in XML.
 pub fn write(loops: &[Loop], origin: &str) -> Result<String, String> {
     named::check_names(loops)?;
     for one in loops {

@@ -30,7 +30,7 @@ pub struct Problem {
 /// and the page has its own.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Remedy {
-    /// A sentence that is valid everywhere.
+    /// A sentence that applies to both the command and the page.
     Sentence(String),
     /// Choose the block of a loop from these.
     ChooseBlock(String),

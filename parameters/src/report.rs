@@ -61,7 +61,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Counts additional problems without reporting them.
+    /// Adds to the number of problems that are not reported.
     pub(crate) fn omit(&mut self, count: usize) {
         self.omitted += count;
     }
@@ -89,7 +89,8 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Returns the loops, if there are no problems or correct loops suffice.
+    /// Returns the loops if there are no problems or if, with [`Options::is_partial`], some loops are correct;
+    /// otherwise the problems.
     pub(crate) fn finish(mut self, loops: Vec<Loop>) -> Result<Reading, Problems> {
         if self.problems.is_empty() && loops.is_empty() {
             self.wrong_file("the file contains no loop", None);
@@ -100,7 +101,7 @@ impl<'a> Report<'a> {
             self.problems.push(Problem { place: None, message, help: None });
         }
         let of = |problems: Vec<Problem>| {
-            // Without a location to display, the text, which may be large, need not be copied.
+            // The text, which may be large, is needed only to display the locations of problems.
             let text = if problems.is_empty() { String::new() } else { self.source.text.clone() };
             Problems { file: self.source.file.clone(), text, problems }
         };
@@ -128,7 +129,8 @@ impl<'a> Report<'a> {
         Err(())
     }
 
-    /// The name of a loop that the file does not name: the user's, or the file name without folder and extension.
+    /// The name of a loop that the file does not name: [`Options::name`], or the file name without folder and
+    /// extension.
     pub(crate) fn loop_name(&self, options: &Options) -> String {
         options.name.clone().unwrap_or_else(|| {
             let file = self.source.file.trim_end_matches(['/', '\\']);

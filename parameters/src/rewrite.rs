@@ -12,9 +12,9 @@ use std::sync::Arc;
 /// A replaced value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replaced {
-    /// The loop.
+    /// The name of the loop.
     pub loop_name: String,
-    /// The member of the loop's block.
+    /// The name of the member.
     pub member: String,
     /// The previous origin of the value; [`Origin::Default`] if the source did not contain it.
     pub origin: Origin,

@@ -12,12 +12,12 @@ use std::path::Path;
 pub struct Source {
     /// Its name, for messages.
     pub file: String,
-    /// Its content.
+    /// Its bytes, including a byte order mark.
     pub bytes: Vec<u8>,
     /// Its text, without a byte order mark; meaningless if the format is binary.
     pub text: String,
     pub(crate) encoding: Encoding,
-    /// The length of the byte order mark.
+    /// The length of the byte order mark in bytes; 0 if there is none.
     pub(crate) start: usize,
     /// The location of the first character in each stretch of [`STRETCH`] bytes of the text.
     stretches: Vec<TextPosition>,
@@ -100,8 +100,8 @@ impl Source {
         }
     }
 
-    /// The line and column of a range of the text. The cost does not depend on the size of the file or the length of a
-    /// line.
+    /// The line and column at which a range of the text starts. The cost does not depend on the size of the file or the
+    /// length of a line.
     pub fn place(&self, span: Range<usize>) -> TextPosition {
         let start = self.text.floor_char_boundary(span.start);
         let before = self.stretches.partition_point(|place| place.span.start <= start);

@@ -92,7 +92,8 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
     Some(loops)
 }
 
-/// The value of a Parameter, with its name without the loop.
+/// The entry for a Parameter; `name` is its name without that of the loop. `None` if it has an error, which is
+/// reported.
 fn entry<'a>(
     report: &mut Report,
     blocks: &[Arc<BlockType>],

@@ -127,8 +127,8 @@ pub fn address(text: &str) -> Option<String> {
     (is_number || rest == "*").then(|| format!("%{area}{rest}"))
 }
 
-/// The letter of the area and the bits covered by an address in the form that [`address`] returns; `None` for an area
-/// without an address.
+/// The letter of the area and the bits (8 per byte, from the start of the area) covered by an address in the form that
+/// [`address`] returns; `None` for an area without an address.
 pub fn bits(address: &str) -> Option<(char, Range<u64>)> {
     let mut letters = address.trim_start_matches('%').chars();
     let (area, rest) = (letters.next()?, letters.as_str());

@@ -33,10 +33,10 @@ pub struct Document<'t> {
 
 #[derive(Debug)]
 struct Node {
-    /// The start tag.
+    /// The byte range of the start tag.
     start: u32,
     end: u32,
-    /// The next element that is not a descendant.
+    /// The index of the next element that is not a descendant.
     next: u32,
     /// The index of its text plus 1, or 0 if it has none.
     text: u32,
@@ -46,7 +46,7 @@ struct Node {
 struct Text {
     /// The start, and the end of the first part, in the source.
     place: [u32; 2],
-    /// The byte range, in the source or in the resolved texts.
+    /// The byte range of the whole text, in the source or in the resolved texts.
     bytes: [u32; 2],
     is_resolved: bool,
 }

@@ -22,9 +22,9 @@ pub(super) struct Instance {
     given: Vec<Option<Range<usize>>>,
     /// The paths of instances whose last member was given: anything after it is the block's memory.
     complete: HashSet<String>,
-    /// The number of memory variables given.
+    /// The number of values given for the block's memory.
     memory: usize,
-    /// The first REAL with seven digits.
+    /// The location of the first REAL with seven digits.
     pub(super) seven_digits: Option<Range<usize>>,
 }
 
@@ -146,8 +146,8 @@ impl Instance {
     }
 }
 
-/// The number of inputs and parameters among these names, or `None` if an instance of the block cannot have them: it
-/// has members without duplicates, followed by the block's memory.
+/// The number of inputs and parameters among these names; `None` if they cannot be those of an instance of the block:
+/// its members, each at most once, followed by its memory.
 pub(super) fn fit<'a>(block: &BlockType, names: impl IntoIterator<Item = &'a [String]>) -> Option<usize> {
     let mut given = vec![false; block.members.len()];
     let mut memory = 0;

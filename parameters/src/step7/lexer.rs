@@ -1,4 +1,4 @@
-//! Splits a source text into tokens without loss: concatenated, they are the text.
+//! Splits a source text into tokens without loss: concatenated, they equal the text.
 
 use std::ops::Range;
 

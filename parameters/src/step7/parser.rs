@@ -489,7 +489,7 @@ impl Parser<'_, '_, '_> {
         self.tokens.peek().is_some() && !self.tokens.next_is_word("END_VAR") && !self.is_other_block()
     }
 
-    /// Skips to the end of a structure, whose members are values.
+    /// Skips to the end of a structure, whose members are values, not instances.
     fn skip_struct(&mut self) {
         let mut depth = 0usize;
         while self.is_inside() {

@@ -89,7 +89,7 @@ fn functions<'a>(items: &'a [Item], blocks: &[Arc<BlockType>]) -> Functions<'a> 
             functions.insert(key(&block.name), Function { block, leads: Vec::new(), names });
         }
     }
-    // Each pass adds the function blocks that contain one found in the previous pass.
+    // Each pass adds the function blocks that contain an instance of one found in the previous pass.
     let mut leading: HashSet<String> = HashSet::new();
     for _ in 0..DEPTH {
         let mut found = HashSet::new();
@@ -112,7 +112,7 @@ fn functions<'a>(items: &'a [Item], blocks: &[Arc<BlockType>]) -> Functions<'a> 
     functions
 }
 
-/// Blocks that are not loops.
+/// The names of blocks that are not loops: the first ten, and the number of the others.
 #[derive(Default)]
 struct Skipped {
     first: Vec<String>,
@@ -171,8 +171,8 @@ impl Reader<'_> {
         let functions = self.functions;
         if let Some(block) = known(self.blocks, kind) {
             let values = assignments(self.text, db.body.clone());
-            // A project may use the number for one of its own blocks, in which case no member belongs to the known
-            // block.
+            // A project may use the number of a known block, such as FB 41, for a block of its own: then no member
+            // belongs to the known block.
             let is_number = !kind.text.eq_ignore_ascii_case(&block.name);
             if is_number && !values.0.is_empty() && values.0.iter().take(20).all(|value| is_strange(&block, value)) {
                 self.skip(db, kind);

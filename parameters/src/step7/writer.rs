@@ -24,7 +24,7 @@ const RESERVED: [&str; 40] = [
 /// parameters. A comment states the `origin`.
 ///
 /// # Errors
-/// STEP 7 cannot represent something, as explained in one sentence.
+/// STEP 7 cannot represent the loops: one sentence that states why.
 pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
     check(loops, LONGEST_SYMBOL, "STEP 7")?;
     let mut text = comment(origin);
@@ -45,7 +45,7 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
         };
         data_block(&mut text, one, &name, &["TITLE =", "VERSION : 0.1"], &block)?;
     }
-    // Comments may contain any character, names only those of the encoding.
+    // Only a name can have a character outside the encoding: comments have `?` in its place.
     let bytes = Encoding::Windows1252.encode(&text).ok_or(
         "a name has characters that STEP 7 does not support: rename the loop, or write a source for TIA Portal",
     )?;
@@ -59,7 +59,7 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
 /// text starts with a byte order mark, from which TIA Portal recognizes UTF-8.
 ///
 /// # Errors
-/// TIA Portal cannot represent something, as explained in one sentence.
+/// TIA Portal cannot represent the loops: one sentence that states why.
 pub fn write_tia(loops: &[Loop], origin: &str) -> Result<String, String> {
     check(loops, LONGEST_NAME, "TIA Portal")?;
     let mut text = format!("\u{feff}{}", comment(origin));
@@ -138,7 +138,7 @@ fn is_number(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit()) && (text == "0" || !text.starts_with('0'))
 }
 
-/// The lines of a text as comments.
+/// The lines of a text as comments; characters outside Windows-1252 become `?`.
 fn comment(origin: &str) -> String {
     let is_held = |c: &char| Encoding::Windows1252.encode(c.encode_utf8(&mut [0; 4])).is_some();
     let plain = |line: &str| -> String {

@@ -3,7 +3,7 @@
 use crate::xml::{self, Document, Element};
 use std::collections::HashMap;
 
-/// The maximum number of columns; a tag table has ten.
+/// The number of columns that are read; a tag table has ten.
 const MOST_COLUMNS: usize = 50;
 
 /// The maximum number of non-empty rows in a sheet.
