@@ -147,7 +147,7 @@ impl Instance {
     /// # Errors
     /// The FMU refuses the call; the error contains its messages.
     pub fn start(library: &Opened, start: &Start) -> Result<Instance> {
-        let text = |text: &str| CString::new(text).with_context(|| format!("{text:?} contains a NUL"));
+        let text = |text: &str| CString::new(text).with_context(|| format!("{text:?} contains a NUL character"));
         let messages = Box::new(Messages { of: start.name.into(), messages: Mutex::default() });
         let (name, guid) = (text(start.name)?, text(start.guid)?);
         let resources = start.resources.map(text).transpose()?;

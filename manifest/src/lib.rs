@@ -100,7 +100,8 @@ impl Manifest {
     pub fn set_calls(&mut self, calls: Vec<String>, cycles: &[u32]) -> Result<(), String> {
         if cycles.len() > 1 && cycles.len() != calls.len() {
             return Err(format!(
-                "{} cycles for {} calls: specify one for all, or one for each call, in order",
+                "the numbers of cycles ({}) and calls ({}) differ: specify one for all calls, or one for each, \
+                 in order",
                 cycles.len(),
                 calls.len()
             ));
@@ -214,7 +215,10 @@ mod tests {
         manifest.set_calls(names(), &[50]).unwrap();
         assert_eq!((manifest.cycle, &manifest.calls[..]), (Some(50), &[task("Fast", 0), task("Slow", 0)][..]));
         let wrong = manifest.set_calls(names(), &[1, 2, 3]).unwrap_err();
-        assert_eq!(wrong, "3 cycles for 2 calls: specify one for all, or one for each call, in order");
+        assert_eq!(
+            wrong,
+            "the numbers of cycles (3) and calls (2) differ: specify one for all calls, or one for each, in order"
+        );
         assert!(manifest.set_calls(Vec::new(), &[1, 2]).is_err());
     }
 }

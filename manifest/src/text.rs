@@ -52,7 +52,7 @@ impl Manifest {
         }
         match manifest.cycle {
             None | Some(0) => Err("the time between two calls is missing".into()),
-            Some(cycle) if i32::try_from(cycle).is_err() => Err(format!("cycle = {cycle}: too long")),
+            Some(cycle) if i32::try_from(cycle).is_err() => Err(format!("cycle = {cycle}: the limit is 2147483647 ms")),
             Some(_) => Ok(manifest),
         }
     }

@@ -192,7 +192,10 @@ mod tests {
 
     #[test]
     fn the_cycle_row_has_to_be_there_and_to_be_a_time_of_a_millisecond_or_more() {
-        assert!(refused("\"cycle\":1", "\"cycle\":3").contains("the cycle is row 3, but there are only 3 rows"));
+        assert!(
+            refused("\"cycle\":1", "\"cycle\":3")
+                .contains("the cycle is row 3 (counted from 0), but the number of rows is 3")
+        );
         assert!(refused("\"cycle\":1", "\"cycle\":2").contains("the cycle row COUNT has type INT and role output"));
         assert!(refused(r#""start":0.1"#, r#""start":0.0"#).contains("CYCLE starts at 0.0 s"));
     }

@@ -174,7 +174,10 @@ pub(crate) fn check(table: &Table) -> Result<(), Error> {
         }
         None => {
             let rows = table.rows.len();
-            return wrong(format!("the cycle is row {}, but there are only {rows} rows", table.cycle));
+            return wrong(format!(
+                "the cycle is row {} (counted from 0), but the number of rows is {rows}",
+                table.cycle
+            ));
         }
     }
     for row in &table.rows {
@@ -206,7 +209,7 @@ pub(crate) fn check(table: &Table) -> Result<(), Error> {
         let (from, to) = characteristic.range;
         if !(from < to && characteristic.points >= 2 && characteristic.calls >= 1) {
             return wrong(format!(
-                "its characteristic over {} needs an ascending range, at least 2 points and 1 call",
+                "its characteristic as a function of {} needs an ascending range, at least 2 points and 1 call",
                 characteristic.variable
             ));
         }

@@ -96,11 +96,11 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
         let name = property.name.as_str();
         let at = span(&property.name);
         if !names.insert(name) {
-            report.wrong(at, format!("the loop {} appears twice", quoted(name)), None);
+            report.wrong(at, format!("the loop {} appears twice: remove or rename one", quoted(name)), None);
             continue;
         }
         if names.len() > MOST_LOOPS {
-            report.wrong(at, format!("the file has more than {MOST_LOOPS} loops"), None);
+            report.wrong(at, format!("the file has more than {MOST_LOOPS} loops; split it"), None);
             break;
         }
         match &property.value {

@@ -76,10 +76,10 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
             let decimal = decimal(untyped(literal, &["REAL"]))?;
             let real: f32 = decimal.text.parse().map_err(|_| Refusal::Form)?;
             if !real.is_finite() {
-                return Err(Refusal::Range("a REAL of at most 3.4028235e38"));
+                return Err(Refusal::Range("a REAL with a magnitude of at most 3.4028235e38"));
             }
             if real == 0.0 && !decimal.is_zero {
-                return Err(Refusal::Range("0.0 or a REAL of at least 1.4e-45"));
+                return Err(Refusal::Range("0.0 or a REAL with a magnitude of at least 1.4e-45"));
             }
             Ok(Value::Real(real))
         }
@@ -87,10 +87,10 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
             let decimal = decimal(untyped(literal, &["LREAL", "REAL"]))?;
             let real: f64 = decimal.text.parse().map_err(|_| Refusal::Form)?;
             if !real.is_finite() {
-                return Err(Refusal::Range("an LREAL of at most 1.7976931348623157e308"));
+                return Err(Refusal::Range("an LREAL with a magnitude of at most 1.7976931348623157e308"));
             }
             if real == 0.0 && !decimal.is_zero {
-                return Err(Refusal::Range("0.0 or an LREAL of at least 4.9e-324"));
+                return Err(Refusal::Range("0.0 or an LREAL with a magnitude of at least 4.9e-324"));
             }
             Ok(Value::LReal(real))
         }
@@ -135,7 +135,7 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
             let (low, high) = kind.whole().unwrap_or_default();
             match (low..=high).contains(&number) {
                 true => Ok(Value::Whole(kind, number as u64 as i64)),
-                false => Err(Refusal::Range("a number that fits the type")),
+                false => Err(Refusal::Range("a number within the range of the type")),
             }
         }
     }
@@ -273,7 +273,7 @@ pub fn duration(literal: &str, resolution: i128) -> Result<i128, Refusal> {
         let whole = integer(whole)?;
         let length = length / resolution;
         if !is_first && whole >= *most {
-            return Err(Refusal::Range("a TIME whose units after the first are within their range, such as 59S"));
+            return Err(Refusal::Range("a duration whose units after the first are within their range, such as 59S"));
         }
         let fraction = fraction_of(fraction.unwrap_or_default(), length)?;
         sum = sum.saturating_add(whole.saturating_mul(length)).saturating_add(fraction);
@@ -293,7 +293,7 @@ pub fn duration(literal: &str, resolution: i128) -> Result<i128, Refusal> {
 
 /// Converts the decimals of a number of units to a multiple of the resolution; a unit is `length` times the resolution.
 fn fraction_of(decimals: &str, length: i128) -> Result<i128, Refusal> {
-    const NOT_WHOLE: Refusal = Refusal::Range("a TIME in whole milliseconds");
+    const NOT_WHOLE: Refusal = Refusal::Range("a TIME in whole milliseconds, or an LTIME in whole nanoseconds");
     // 86 400 000 000 000 has the factors 2^17 and 5^11: with more than 17 significant decimals the product is never an
     // integer.
     const MOST_DECIMALS: usize = 17;
@@ -426,10 +426,10 @@ mod tests {
     fn a_real_beyond_binary32_is_refused() {
         assert_eq!(real("3.4028235e38"), f32::MAX);
         for beyond in ["3.4028236e38", "-1e39", "1e999999999999"] {
-            assert_refused(beyond, Kind::Real, "a REAL of at most 3.4028235e38");
+            assert_refused(beyond, Kind::Real, "a REAL with a magnitude of at most 3.4028235e38");
         }
         assert_eq!(real("1.4e-45").to_bits(), 1);
-        assert_refused("1e-46", Kind::Real, "0.0 or a REAL of at least 1.4e-45");
+        assert_refused("1e-46", Kind::Real, "0.0 or a REAL with a magnitude of at least 1.4e-45");
         assert_eq!(real("0.000e-99"), 0.0);
     }
 

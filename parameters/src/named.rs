@@ -41,8 +41,8 @@ pub(crate) struct Choice<'a> {
 }
 
 /// Builds the loop with these values. Its block is the one chosen by the user, unless the file has several loops and
-/// only other blocks have all these names; without a choice, or in that case, it is recognized by the names. `span` is the
-/// location of the loop.
+/// only other blocks have all these names; without a choice, or in that case, it is recognized by the names. `span` is
+/// the location of the loop.
 pub(crate) fn read(
     report: &mut Report,
     blocks: &[Arc<BlockType>],
@@ -63,7 +63,7 @@ pub(crate) fn read(
         let wrong = match member(&block, entry.name) {
             Err((message, help)) => Some((&entry.name_span, message, help)),
             Ok(index) if std::mem::replace(&mut given[index], true) => {
-                Some((&entry.name_span, format!("{} appears twice", block.members[index].name), None))
+                Some((&entry.name_span, format!("{} appears twice: remove one", block.members[index].name), None))
             }
             Ok(index) => match value(&block.members[index], entry.given) {
                 Err(message) => Some((&entry.span, message, None)),

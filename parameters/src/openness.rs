@@ -80,7 +80,11 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
         }
         let before = loops.len();
         if !names.insert(name.clone()) {
-            report.wrong(block.span(), format!("the data block {} appears twice", quoted(&name)), None);
+            report.wrong(
+                block.span(),
+                format!("the data block {} appears twice: remove or rename one", quoted(&name)),
+                None,
+            );
             continue;
         }
         let types = Types { blocks, chosen: chosen.as_ref() };
@@ -93,7 +97,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
             report.remark(Some(block.span()), message);
         }
         if loops.len() > MOST_LOOPS {
-            report.wrong(block.span(), format!("the file has more than {MOST_LOOPS} loops"), None);
+            report.wrong(block.span(), format!("the file has more than {MOST_LOOPS} loops; split it"), None);
             break;
         }
     }
@@ -244,7 +248,7 @@ fn instance(report: &mut Report, block: &Arc<BlockType>, at: &Place, sections: E
             continue;
         }
         if std::mem::replace(&mut given[index], true) {
-            report.wrong(element.span(), format!("{} appears twice", member.name), None);
+            report.wrong(element.span(), format!("{} appears twice: remove one", member.name), None);
             is_right = false;
             continue;
         }

@@ -97,7 +97,7 @@ impl<'a> Report<'a> {
         }
         self.problems.sort_by_key(|problem| problem.place.as_ref().map_or(usize::MAX, |place| place.span.start));
         if self.omitted > 0 {
-            let message = format!("{} more errors are not shown", self.omitted);
+            let message = format!("and {} more, not shown", self.omitted);
             self.problems.push(Problem { place: None, message, help: None });
         }
         let of = |problems: Vec<Problem>| {

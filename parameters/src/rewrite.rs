@@ -61,7 +61,7 @@ pub fn rewrite(
         }
     }
     let bytes = edited(source, edits)
-        .ok_or_else(|| format!("{} would contain characters missing from its encoding", source.file))?;
+        .ok_or_else(|| format!("the encoding of {} lacks a character: write a new parameter file", source.file))?;
     // The result is read back before it is returned, to verify that the values are where they belong.
     let result = Source::in_encoding(source.file.clone(), bytes.clone(), source.encoding);
     let after = read(format, &result, blocks, options).map_err(wrong)?.loops;

@@ -75,7 +75,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
         groups.entry(group).or_default().push(entry);
     }
     if order.len() > MOST_LOOPS {
-        report.wrong(root.span(), format!("the file has more than {MOST_LOOPS} loops"), None);
+        report.wrong(root.span(), format!("the file has more than {MOST_LOOPS} loops; split it"), None);
         return None;
     }
     let choice = Choice { block: chosen.as_ref(), is_for_one: order.len() == 1 };
@@ -158,8 +158,8 @@ fn member_name<'a>(blocks: &[Arc<BlockType>], full_name: &'a str) -> &'a str {
     parts.find(known).unwrap_or(last(full_name))
 }
 
-/// Writes all settings of the loops, each loop's in the order of its block. A single loop's settings have the names that
-/// they have in the FMU; if there are several loops, the loop's name is prefixed.
+/// Writes all settings of the loops, each loop's in the order of its block. If there is only one loop, its settings
+/// have the same names as in the FMU; if there are several, the loop's name is prefixed.
 ///
 /// # Errors
 /// A value is not finite, two loops have the same name, or a name cannot be represented in XML.

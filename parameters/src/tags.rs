@@ -195,7 +195,7 @@ pub fn read(source: &Source) -> Result<Tags, Problems> {
         lines::read(&source.text)
     };
     let found = found.and_then(|tags| match tags.tags.len() + tags.constants.len() {
-        count if count > MOST => Err(vec![(0..0, format!("the table has {count} rows; at most {MOST} are read"))]),
+        count if count > MOST => Err(vec![(0..0, format!("the table has {count} rows: the limit is {MOST}"))]),
         _ => Ok(tags),
     });
     found.map_err(|wrong| {

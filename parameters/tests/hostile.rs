@@ -82,7 +82,7 @@ fn assert_ends(what: &str, text: String, part: &str) {
 fn hostile_texts_end_in_a_sentence() {
     const BEGIN: &str = "DATA_BLOCK DB1 PUMP BEGIN ";
     const END: &str = "; END_DATA_BLOCK";
-    assert_ends("one long line of values", repeated(BEGIN, "LNM:=2.0;", END), "more errors are not shown");
+    assert_ends("one long line of values", repeated(BEGIN, "LNM:=2.0;", END), " more, not shown");
     assert_ends("a comment", repeated("(*", "x*", &format!("*){BEGIN}{END}")), "1 loops");
     assert_ends("a comment without end", repeated("(*", "(*", ""), "this comment is not closed");
     assert_ends("a name", repeated(BEGIN, "GAIN", &format!(":=1.0{END}")), "PUMP has no member");
@@ -98,8 +98,8 @@ fn hostile_texts_end_in_a_sentence() {
     assert_ends("a TIME of many units", repeated(&format!("{BEGIN}CYCLE:=T#"), "1S", END), "expected a TIME");
     assert_ends("braces", repeated(BEGIN, "{", END), "expected");
     assert_ends("quotes", repeated(BEGIN, "\"", END), "expected `:=` after");
-    assert_ends("apostrophes in lines", repeated(BEGIN, "'\n", END), "more errors are not shown");
-    assert_ends("titles", repeated(BEGIN, "TITLE\n", END), "more errors are not shown");
+    assert_ends("apostrophes in lines", repeated(BEGIN, "'\n", END), " more, not shown");
+    assert_ends("titles", repeated(BEGIN, "TITLE\n", END), " more, not shown");
     assert_ends("blank lines", repeated(BEGIN, "\n", END), "1 loops");
     assert_ends(
         "nested structures",
@@ -140,7 +140,7 @@ fn hostile_texts_end_in_a_sentence() {
         repeated("", "DATA_BLOCK A B BEGIN x:=1;y.z:=2; END_DATA_BLOCK\n", ""),
         "B",
     );
-    assert_ends("a million errors", repeated("", "DATA_BLOCK ;\n", ""), "more errors are not shown");
+    assert_ends("a million errors", repeated("", "DATA_BLOCK ;\n", ""), " more, not shown");
     assert_ends(
         "groups of members",
         numbered(

@@ -20,7 +20,8 @@ pub const FAREWELL: Duration = Duration::from_secs(2);
 /// The message is too long, or the other side has ended.
 pub fn send(to: &mut impl Write, message: &[u8]) -> io::Result<()> {
     let length = u32::try_from(message.len()).ok().filter(|length| *length <= LONGEST);
-    let length = length.ok_or_else(|| io::Error::other(format!("a message of {} bytes", message.len())))?;
+    let length = length
+        .ok_or_else(|| io::Error::other(format!("a message has {} bytes: the limit is {LONGEST}", message.len())))?;
     // In one write, because the other side waits for the whole message.
     let mut bytes = length.to_le_bytes().to_vec();
     bytes.extend_from_slice(message);
@@ -40,7 +41,7 @@ pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     }
     let length = u32::from_le_bytes(length);
     if length > LONGEST {
-        return Err(io::Error::other(format!("a message of {length} bytes")));
+        return Err(io::Error::other(format!("a message has {length} bytes: the limit is {LONGEST}")));
     }
     let mut message = vec![0; length as usize];
     from.read_exact(&mut message)?;
@@ -87,6 +88,6 @@ mod tests {
     fn a_message_that_is_cut_off_or_too_long_is_refused() {
         receive(&mut [9, 0, 0, 0, 1].as_slice()).unwrap_err();
         let error = receive(&mut u32::MAX.to_le_bytes().as_slice()).unwrap_err();
-        assert_eq!(error.to_string(), "a message of 4294967295 bytes");
+        assert_eq!(error.to_string(), "a message has 4294967295 bytes: the limit is 268435456");
     }
 }

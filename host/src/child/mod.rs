@@ -155,7 +155,7 @@ impl Starter {
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         #[cfg(windows)]
         std::os::windows::process::CommandExt::creation_flags(&mut command, NEW_PROCESS_GROUP);
-        let mut process = command.spawn().with_context(|| format!("{} cannot run", self.program.display()))?;
+        let mut process = command.spawn().with_context(|| format!("{} cannot be run", self.program.display()))?;
         let requests = process.stdin.take();
         let mut output = process.stdout.take().context("the process has no standard output")?;
         let (sender, replies) = mpsc::sync_channel(MOST_REPLIES);

@@ -257,7 +257,9 @@ impl Instance {
                 return Ok(());
             }
             if !self.has_events {
-                return Err(Stopped::Astray(format!("fmi3DoStep returned early at {last:?} s, which was not allowed")));
+                return Err(Stopped::Astray(format!(
+                    "fmi3DoStep returned early at {last:?} s although early return was not allowed"
+                )));
             }
             if !(last >= at - ROUNDING * size && last <= end + ROUNDING * size) {
                 return Err(Stopped::Astray(format!(
@@ -285,7 +287,9 @@ impl Instance {
                 return self.leave_events().map_err(Stopped::Failed);
             }
         }
-        Err(Stopped::Astray(format!("fmi3UpdateDiscreteStates requested more than {MOST_UPDATES} calls")))
+        Err(Stopped::Astray(format!(
+            "fmi3UpdateDiscreteStates still requested another call after {MOST_UPDATES} calls"
+        )))
     }
 
     pub(super) fn terminate(&mut self) -> Result<(), Failed> {

@@ -260,7 +260,11 @@ fn read_names(reader: &mut (impl Read + Seek), end: &End) -> Result<Vec<String>>
         ensure!(seen.insert(name), "{name} occurs twice");
         names.push(name.to_string());
     }
-    ensure!(rest.is_empty(), "its central directory does not end after the {} entries that it declares", end.count);
+    ensure!(
+        rest.is_empty(),
+        "its table of contents has data after its last entry; declared number of entries: {}",
+        end.count
+    );
     Ok(names)
 }
 
@@ -271,7 +275,7 @@ fn accept(entry: &ZipFileEntry<'_>, name: String) -> Result<Entry> {
     match entry.compression() {
         CompressionMethod::Stored => ensure!(
             entry.compressed_size() == size,
-            "{name} is stored, but its two sizes differ ({} and {size})",
+            "{name} is not compressed, but its packed and unpacked sizes differ ({} and {size})",
             entry.compressed_size()
         ),
         CompressionMethod::Deflated => {}
@@ -664,7 +668,7 @@ mod tests {
         bytes[14] ^= 1;
         assert!(sentence(open(&bytes)).starts_with("the header of x is damaged: "), "another checksum");
         let two_sizes = Stored { size: 2, ..stored("x", b"1") };
-        assert_eq!(refusal(&[two_sizes]), "x is stored, but its two sizes differ (1 and 2)");
+        assert_eq!(refusal(&[two_sizes]), "x is not compressed, but its packed and unpacked sizes differ (1 and 2)");
     }
 
     #[test]
@@ -715,7 +719,10 @@ mod tests {
         let mut none = good.clone();
         none[end + 8] = 0;
         none[end + 10] = 0;
-        assert_eq!(sentence(open(&none)), "its central directory does not end after the 0 entries that it declares");
+        assert_eq!(
+            sentence(open(&none)),
+            "its table of contents has data after its last entry; declared number of entries: 0"
+        );
         let prefixed: Vec<u8> = b"x".iter().copied().chain(good).collect();
         assert!(sentence(open(&prefixed)).starts_with("its table of contents is not where the end record states"));
     }

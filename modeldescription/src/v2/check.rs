@@ -218,7 +218,10 @@ fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)
     if let Some(kinds) = &unknown.dependencies_kind {
         let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));
         if kinds != dependencies {
-            found(format!("dependenciesKind has {kinds} words for {dependencies} dependencies: it needs one for each"));
+            found(format!(
+                "dependenciesKind and dependencies differ in length ({kinds} and {dependencies}): give one \
+                 kind for each dependency"
+            ));
         }
     }
 }
@@ -311,7 +314,7 @@ fn check_value(variable: &Variable, definitions: &Definitions<'_>, found: &mut i
                 (enumeration.start, declared)
                 && !items.iter().any(|item| item.value == start)
             {
-                found(format!("start = {start}: none of the type's items has this value"));
+                found(format!("start = {start} is not the value of any item of the type: use one of these"));
             }
         }
         _ => {}

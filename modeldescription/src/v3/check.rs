@@ -113,7 +113,8 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
             let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));
             if kinds != dependencies {
                 about(format!(
-                    "dependenciesKind has {kinds} words for {dependencies} dependencies: it needs one for each"
+                    "dependenciesKind and dependencies differ in length ({kinds} and {dependencies}): give one \
+                     kind for each dependency"
                 ));
             }
         }
@@ -186,7 +187,9 @@ fn check_dimensions(
         && starts != 1
         && starts as u64 != count
     {
-        found(format!("start has {starts} values for {count} elements: it needs one for each, or one for all"));
+        found(format!(
+            "start and the array differ in length ({starts} and {count}): give one for each element, or one for all"
+        ));
     }
 }
 

@@ -369,7 +369,7 @@ macro_rules! choices {
 
         impl Element for $Name {
             const NAMES: &'static [&'static str] = &[$(stringify!($Variant)),*];
-            const TWICE: &'static str = concat!($owner, " has one type: remove this element");
+            const TWICE: &'static str = concat!($owner, " can have only one type: remove this element");
 
             fn missing() -> String {
                 format!("the type is missing: add one of {}", Self::NAMES.join(", "))

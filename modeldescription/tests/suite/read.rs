@@ -449,13 +449,13 @@ fn elements_that_may_be_there_once_are_refused_the_second_time() {
         "<Boolean start=\" 1 \"/>",
         "<Boolean start=\"1\"/><Boolean/>",
         39,
-        &["Boolean: a variable has one type"],
+        &["Boolean: a variable can have only one type"],
     );
     assert_refused(
         "<Enumeration><Item name=\"red\"",
         "<Boolean/><Enumeration><Item name=\"red\"",
         17,
-        &["a SimpleType has one type"],
+        &["a SimpleType can have only one type"],
     );
     assert_refused("</Annotations>", "</Annotations><Annotations/>", 29, &["Annotations: the element occurs twice"]);
     assert_refused("</SourceFiles>", "</SourceFiles><SourceFiles/>", 10, &["SourceFiles: the element occurs twice"]);
@@ -502,7 +502,9 @@ fn a_description_that_contradicts_itself_is_refused() {
             .contains("Outputs: Unknown with index = 7: no such variable; the indices are 1 to 6")
     );
     assert!(refused("dependencies=\" 3", "dependencies=\" 0").contains("dependencies has 0"));
-    assert!(refused("dependent  fixed", "fixed").contains("dependenciesKind has 1 words for 2 dependencies"));
+    assert!(
+        refused("dependent  fixed", "fixed").contains("dependenciesKind and dependencies differ in length (1 and 2)")
+    );
     assert!(
         refused("<Unit name=\"m\">", "<Unit name=\"m\"/><Unit name=\"m\">").contains("Unit \"m\" is defined twice")
     );

@@ -164,7 +164,7 @@ fn what_it_says_is_the_same_as_of_any_version() {
 #[test]
 fn what_contradicts_itself_is_refused_with_its_line() {
     for (from, to, words) in [
-        ("start=\"1 2 3\"", "start=\"1 2\"", "variable \"vector\": start has 2 values for 3"),
+        ("start=\"1 2 3\"", "start=\"1 2\"", "variable \"vector\": start and the array differ in length (2 and 3)"),
         ("valueReference=\"6\"", "valueReference=\"5\"", "variable \"u8\": valueReference = 5 is also used by \"i8\""),
         ("start=\"255\"", "start=\"256\"", "variable \"u8\": start = 256 is above max = 255"),
         ("start=\"65535\"", "start=\"65536\"", "variable \"u16\": 65536 is outside the range of UInt16, 0 to 65535"),
@@ -195,7 +195,7 @@ fn what_contradicts_itself_is_refused_with_its_line() {
         (
             "dependencies=\"3 13\"",
             "dependencies=\"3\"",
-            "Output: valueReference = 18: dependenciesKind has 2 words for 1",
+            "Output: valueReference = 18: dependenciesKind and dependencies differ in length (2 and 1)",
         ),
         (
             "<ClockedState valueReference=\"18\"",

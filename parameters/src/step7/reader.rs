@@ -134,7 +134,7 @@ impl Skipped {
         if self.first.is_empty() {
             return None;
         }
-        let others = if self.others > 0 { format!(" and {} others", self.others) } else { String::new() };
+        let others = if self.others > 0 { format!(" and {} more", self.others) } else { String::new() };
         Some(format!("skipped {}{others}: not instances of known blocks", self.first.join(", ")))
     }
 }

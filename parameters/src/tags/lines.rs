@@ -40,8 +40,8 @@ pub fn declaration(text: &str) -> Result<Declared, String> {
     let (place, rest) = match rest.get(..2).filter(|word| word.eq_ignore_ascii_case("AT")) {
         Some(_) => {
             let (place, rest) = rest[2..].split_once(':').ok_or_else(expected)?;
-            let place =
-                address(place).ok_or_else(|| format!("{} is not an input, output or memory address", place.trim()))?;
+            let place = address(place)
+                .ok_or_else(|| format!("{} is not an input, output or memory address such as %I0.0", place.trim()))?;
             (Some(place), rest)
         }
         None => (None, rest.strip_prefix(':').ok_or_else(expected)?),

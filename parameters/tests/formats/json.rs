@@ -82,7 +82,7 @@ fn every_error_has_its_place_and_all_are_told() {
          plant.json:5:5: LMN of PUMP is an output: only inputs and parameters can be set\n\
          plant.json:6:15: MAN_ON: expected true or false, found `1`\n\
          plant.json:7:15: PV_PER: found `0.5`, but a WORD accepts -32768 ... 65535\n\
-         plant.json:8:16: GAIN appears twice\n\
+         plant.json:8:16: GAIN appears twice: remove one\n\
          plant.json:9:12: MAN: found `1e39`, but a REAL accepts finite numbers with a magnitude of at most 3.4028235e38\n\
          plant.json:10:12: SUM: expected a number, found null\n\
          plant.json:12:8: `B`: expected an object with the values of a loop, found a number; all other members of the file are loops"
@@ -103,7 +103,7 @@ fn what_is_not_json_is_refused_with_its_place() {
         ("", "plant.json: expected a JSON object with loops, found an empty file"),
         ("[1]", "plant.json:1:1: expected an object with loops, found an array"),
         ("{}", "plant.json: the file contains no loop"),
-        ("{\"A\": {\"GAIN\": 1}, \"A\": {}}", "plant.json:1:20: the loop `A` appears twice"),
+        ("{\"A\": {\"GAIN\": 1}, \"A\": {}}", "plant.json:1:20: the loop `A` appears twice: remove or rename one"),
         ("{\"A\": {\"MAN\": 1,}}", "plant.json:1:16: this is not JSON"),
         ("{\"A\": {\"MAN\": NaN}}", "plant.json:1:15: this is not JSON"),
         ("{\"A\": {\"MAN\": 1} // no\n}", "plant.json:1:18: this is not JSON"),

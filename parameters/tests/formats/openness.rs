@@ -120,7 +120,7 @@ fn instances_of_one_name_are_told_apart_by_their_data_blocks() {
     assert_eq!(names(&(block(0, "L1") + &block(1, "L2"))), ["L1.TIC", "L2.TIC"]);
     assert_eq!(
         refusal(Format::Openness, document(&(block(0, "L1") + &block(1, "L1")))),
-        "plant.xml:5:1: the data block `L1` appears twice"
+        "plant.xml:5:1: the data block `L1` appears twice: remove or rename one"
     );
 }
 
@@ -175,7 +175,7 @@ fn a_member_a_type_and_a_value_that_the_block_does_not_have_are_refused_together
         "plant.xml:6:1: PUMP has no input or parameter `GAINN`; did you mean GAIN?\n\
          plant.xml:7:1: MAN of PUMP: expected the type REAL, found `LReal`\n\
          plant.xml:8:49: GAIN: expected a REAL such as 2.5 or 1.0e-3, found `TRUE`\n\
-         plant.xml:10:1: TI appears twice"
+         plant.xml:10:1: TI appears twice: remove one"
     );
 }
 
