@@ -309,7 +309,8 @@ impl Instance {
         self.check(done)
     }
 
-    /// Sets several variables of one type in one call; for a Boolean, 0 is false and anything else true.
+    /// Sets several variables of one type in one call to values given as cells ([`Type::cell`]); for a Boolean, 0 is
+    /// false and anything else true.
     ///
     /// # Errors
     /// As [`Instance::set`].

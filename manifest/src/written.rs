@@ -258,7 +258,7 @@ impl<T: Item> Serialize for Many<T> {
     }
 }
 
-/// Writes a single value without brackets.
+/// Writes a single value as a string, several values as a list.
 fn short<T: Item, S: Serializer>(values: &Many<T>, serializer: S) -> Result<S::Ok, S::Error> {
     match values.0.as_slice() {
         [only] => serializer.serialize_str(&only.text()),

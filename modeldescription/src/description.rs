@@ -23,7 +23,7 @@ pub struct Description {
     pub fmi_version: &'static str,
     /// The model's name.
     pub model_name: String,
-    /// The identifier of the interface, which the library compares with its own.
+    /// The GUID or instantiation token, which the library compares with its own.
     pub guid: String,
     /// A short description of the model.
     pub description: Option<String>,
@@ -66,7 +66,7 @@ pub struct Support {
     pub capabilities: Vec<(&'static str, String)>,
 }
 
-/// A variable, with attributes of its type definition filled in where it has none.
+/// A variable. Attributes that it does not state are taken from its type definition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
     /// Its name.
@@ -110,7 +110,7 @@ pub struct Variable {
 }
 
 impl Default for Variable {
-    /// A continuous local Real without a name: the standard's defaults.
+    /// A continuous local Real without a name: the defaults of FMI 2.0.
     fn default() -> Variable {
         Variable {
             name: String::new(),
@@ -144,7 +144,8 @@ impl Variable {
     }
 }
 
-/// The type by which a variable is read and written. An enumeration counts as an Integer.
+/// The type by which a variable is read and written. An enumeration counts as an Integer, but as an Int64 in an
+/// [expanded](Description::expanded) FMI 3.0 description.
 ///
 /// FMI 2.0 has the types Real, Integer and Boolean; FMI 3.0 calls the first two Float64 and Int32.
 ///
@@ -152,7 +153,7 @@ impl Variable {
 /// these are passed as [cells](Type::cell).
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Type {
-    /// A floating-point number.
+    /// A 64-bit floating-point number.
     Real,
     /// A 32-bit integer.
     Integer,
@@ -389,7 +390,7 @@ impl Variable {
         self.min.is_some_and(|min| value < min) || self.max.is_some_and(|max| value > max)
     }
 
-    /// The range, for messages, such as `0.0 to ...`.
+    /// The range for messages, with `...` for a missing limit: `0.0 to ...`.
     pub fn range(&self) -> String {
         let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
         format!("{} to {}", show(self.min), show(self.max))
@@ -401,11 +402,11 @@ elements! {
     /// library's JSON.
     #[serde(default)]
     Capabilities and json {
-        /// Whether the FMU only connects to a tool, which must be installed.
+        /// Whether the model runs in an external tool, which must be installed.
         needs_execution_tool "needsExecutionTool": bool = false;
         /// Whether communication steps may differ in size.
         can_handle_variable_communication_step_size "canHandleVariableCommunicationStepSize": bool = false;
-        /// Whether derivatives of inputs are accepted.
+        /// Whether `fmi2SetRealInputDerivatives` is supported.
         can_interpolate_inputs "canInterpolateInputs": bool = false;
         /// The highest order of output derivatives that the FMU provides; 0 if it provides none.
         max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
@@ -419,7 +420,7 @@ elements! {
         can_get_and_set_fmu_state "canGetAndSetFMUstate": bool = false;
         /// Whether a saved state can be serialized.
         can_serialize_fmu_state "canSerializeFMUstate": bool = false;
-        /// Whether partial derivatives are provided.
+        /// Whether `fmi2GetDirectionalDerivative` is supported.
         provides_directional_derivative "providesDirectionalDerivative": bool = false;
     }
 
@@ -501,7 +502,7 @@ words! {
         CalculatedParameter "calculatedParameter",
         /// Another FMU or the host, during the simulation.
         Input "input",
-        /// The FMU, for others.
+        /// The FMU, for use by others.
         Output "output",
         /// The FMU, for internal use.
         Local "local",

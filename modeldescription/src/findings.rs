@@ -49,7 +49,7 @@ impl Counted {
     }
 }
 
-/// The names that occur more than once.
+/// Each occurrence of a name after its first.
 pub(crate) fn repeated<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
     let mut seen = HashSet::new();
     names.filter(|name| !seen.insert(name.as_str())).collect()
@@ -94,7 +94,8 @@ pub(crate) fn is_structured_name(name: &str) -> bool {
     let Some(inner) = name.strip_prefix("der(").and_then(|inner| inner.strip_suffix(')')) else {
         return is_structured_identifier(name);
     };
-    // The order of the derivative may follow. A comma between indices is followed by a bracket.
+    // The order of the derivative may follow a comma. The text after a comma between indices is not a number: it ends
+    // with a bracket.
     match inner.rsplit_once(',') {
         Some((identifier, order)) if is_number(order) => is_structured_identifier(identifier),
         _ => is_structured_identifier(inner),
@@ -119,7 +120,7 @@ fn is_number(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-/// The text after an identifier, or after a name in quotes.
+/// The text after the identifier or quoted name with which `text` starts; `None` if there is none.
 fn after_part(text: &str) -> Option<&str> {
     let Some(quoted) = text.strip_prefix('\'') else {
         let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(text.len());
@@ -140,7 +141,8 @@ fn after_part(text: &str) -> Option<&str> {
     None
 }
 
-/// The text after the indices in brackets, if there are any.
+/// The text after the indices in brackets with which `text` starts, or all of it if it does not; `None` if the indices
+/// are malformed.
 fn after_indices(text: &str) -> Option<&str> {
     let Some(indices) = text.strip_prefix('[') else { return Some(text) };
     let (indices, after) = indices.split_once(']')?;

@@ -15,13 +15,13 @@ pub struct Interface {
     pub table: Table,
     /// The FMI version, one of [`VERSIONS`].
     pub version: String,
-    /// The choice of types presented to hosts, where the version offers one.
+    /// Which FMI types represent the PLC types, if the FMI version offers a choice.
     pub types: Types,
     /// How variables are named.
     pub names: Names,
     /// A hash of the table, compiled into the library.
     pub guid: String,
-    /// The library's capabilities.
+    /// The library's capabilities for co-simulation.
     pub capabilities: Capabilities,
     /// The categories of its messages.
     pub log_categories: Vec<LogCategory>,

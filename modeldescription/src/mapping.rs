@@ -19,7 +19,7 @@ pub(crate) fn default_experiment(table: &Table) -> DefaultExperiment {
     }
 }
 
-/// The definitions of all units in use, in the order of the dictionary; `unit` returns the unit of a variable.
+/// The definitions of all units in use, in the order of [`units::names`]; `unit` returns the unit of a variable.
 pub(crate) fn used_units(table: &Table, unit: impl Fn(&Row) -> Option<&str>) -> Result<Vec<Unit>, Error> {
     let known: Vec<&str> = units::names().collect();
     let used = |name: &str| table.rows.iter().any(|row| unit(row) == Some(name));
@@ -36,7 +36,7 @@ pub(crate) fn used_units(table: &Table, unit: impl Fn(&Row) -> Option<&str>) -> 
     Ok(known.into_iter().filter(|name| used(name)).filter_map(unit_definition).collect())
 }
 
-/// The definition of a unit. The second can be displayed in milliseconds.
+/// The definition of a unit; that of the second has the millisecond as a display unit.
 fn unit_definition(name: &str) -> Option<Unit> {
     let units::Definition { kg, m, s, A, K, rad, factor, offset } = units::definition(name)?;
     let base_unit = BaseUnit { kg, m, s, A, K, rad, factor, offset, ..BaseUnit::default() };

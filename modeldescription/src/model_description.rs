@@ -68,7 +68,7 @@ impl ModelDescription {
         }
     }
 
-    /// The description of the FMU.
+    /// The description of the FMU, independent of the FMI version.
     pub fn description(&self) -> Description {
         match self {
             ModelDescription::V2(own) => own.description(),

@@ -50,7 +50,7 @@ const fn times(base: Definition, factor: f64) -> Definition {
     Definition { factor, ..base }
 }
 
-/// The units with their names.
+/// The known units: name and definition.
 const UNITS: &[(&str, Definition)] = &[
     ("1", NONE),
     ("%", times(NONE, 0.01)),
@@ -111,7 +111,7 @@ const UNITS: &[(&str, Definition)] = &[
     ("rpm", times(RADIAN_PER_SECOND, std::f64::consts::PI / 30.0)),
 ];
 
-/// The names of all units, in the order of the list.
+/// The names of all units, grouped by quantity.
 pub fn names() -> impl Iterator<Item = &'static str> {
     UNITS.iter().map(|(name, _)| *name)
 }

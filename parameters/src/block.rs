@@ -14,7 +14,7 @@ pub struct BlockType {
     /// Its variables, in the order of the instance data block; then those of inner blocks, with full names; then those
     /// that exist only in the FMU.
     pub members: Vec<Row>,
-    /// The index of the member that exists only in the FMU: the mean of the pulse.
+    /// The index of the member that exists only in the FMU, the mean of the pulse; `None` if the block has no pulse.
     pub mean: Option<usize>,
     advice: Option<Advice>,
 }

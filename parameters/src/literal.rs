@@ -38,7 +38,7 @@ pub enum Refusal {
     Range(&'static str),
 }
 
-/// The values that a type accepts, with examples.
+/// How to write a literal of a type, for messages: `expected ...`.
 const fn expectation(kind: Kind) -> &'static str {
     match kind {
         Kind::Real => "a REAL such as 2.5 or 1.0e-3",
@@ -141,7 +141,7 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
     }
 }
 
-/// The text after one of these type names and `#`.
+/// The text after one of these type names and `#`; `None` if the literal starts with none of them.
 fn prefixed<'a>(literal: &'a str, types: &[&str]) -> Option<&'a str> {
     let (prefix, rest) = literal.split_once('#')?;
     types.iter().any(|name| prefix.eq_ignore_ascii_case(name)).then_some(rest)
@@ -152,7 +152,7 @@ fn untyped<'a>(literal: &'a str, types: &[&str]) -> &'a str {
     prefixed(literal, types).unwrap_or(literal)
 }
 
-/// Splits a number into its sign and its magnitude.
+/// Whether a number has a minus sign, and the number without its sign.
 fn signed(literal: &str) -> (bool, &str) {
     match literal.strip_prefix('-') {
         Some(rest) => (true, rest),

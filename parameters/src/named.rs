@@ -81,7 +81,7 @@ pub(crate) fn read(
     is_right.then_some(one)
 }
 
-/// The settable member with this name.
+/// The index of the settable member with this name; otherwise an error message and, if possible, a suggestion.
 pub(crate) fn member(block: &BlockType, name: &str) -> Result<usize, (String, Option<String>)> {
     match block.find(name) {
         Some(index) if block.members[index].role.is_settable() => Ok(index),

@@ -111,7 +111,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
     Some(loops)
 }
 
-/// Prefixes loops with the same name with the name of their data block: `Line.TIC`.
+/// Prefixes the names of loops that have the same name with that of their data block: `Line.TIC`.
 fn tell_apart(loops: &mut [Loop], containers: &[String]) {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for one in loops.iter() {

@@ -36,13 +36,13 @@ pub enum Remedy {
     ChooseBlock(String),
     /// Choose this block if it is the intended one: it has these members.
     ChooseThisBlock(String),
-    /// Declare a constant.
+    /// Declare a constant with this name.
     DeclareConstant(String),
-    /// Declare an instance.
+    /// Declare an instance with this name.
     DeclareInstance(String),
     /// List all undeclared names, of which the message contains only some.
     ListMissing,
-    /// Compile a block without statements as a stub.
+    /// Use only the interface of this block, of which the source contains no statements.
     Stub(String),
     /// Declare a tag of this type, or a constant.
     DeclareTag {

@@ -49,7 +49,7 @@ impl<'a> Report<'a> {
         self.wrong_with(span, message, help.map(Remedy::from));
     }
 
-    /// Reports an error with a remedy other than a sentence.
+    /// As [`Report::wrong`], with a remedy of any kind.
     pub(crate) fn wrong_with(&mut self, span: Range<usize>, message: impl Into<String>, help: Option<Remedy>) {
         if self.problems.len() == MOST_PROBLEMS {
             self.omitted += 1;

@@ -21,8 +21,8 @@ pub struct Replaced {
 }
 
 /// Writes the values of these loops into the source, and returns the source and the replaced values. A value that
-/// already agrees is left as written. A member without a value in the source gets its own line next to another member
-/// of its loop.
+/// already agrees is left as written. A member without a value in the source is inserted next to another member of its
+/// loop.
 ///
 /// # Errors
 /// The source cannot be read, does not contain one of the loops, or has no place for a value; the message is a

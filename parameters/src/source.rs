@@ -110,7 +110,7 @@ impl Source {
     }
 }
 
-/// The location of byte `to`, counted from an earlier location.
+/// The location of byte `to`, found by counting lines and characters from the earlier location `from`.
 fn advanced(text: &str, from: &TextPosition, to: usize) -> TextPosition {
     let between = &text[from.span.start..to];
     let lines = between.bytes().filter(|byte| *byte == b'\n').count();

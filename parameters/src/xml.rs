@@ -44,7 +44,7 @@ struct Node {
 
 #[derive(Debug)]
 struct Text {
-    /// The start, and the end of the first part, in the source.
+    /// The byte range of its first part in the source, up to the next entity or tag.
     place: [u32; 2],
     /// The byte range of the whole text, in the source or in the resolved texts.
     bytes: [u32; 2],
@@ -149,7 +149,7 @@ fn tag(source: &str, span: Range<usize>) -> (&str, &str) {
     (&content[..end], content)
 }
 
-/// A name without its prefix.
+/// A name without its namespace prefix.
 fn local(name: &str) -> &str {
     name.split_once(':').map_or(name, |(_, local)| local)
 }
@@ -281,7 +281,7 @@ impl<'t> Document<'t> {
         [short(start), short(self.resolved.len())]
     }
 
-    /// Adds a text to the open element.
+    /// Appends text to the innermost open element. Outside the root element, only white space is allowed.
     fn add(&self, open: &mut [Open], text: Cow<'_, str>, span: Range<usize>) -> Result<(), (usize, String)> {
         match open.last_mut() {
             Some(Open { text: Some((_, before)), .. }) => {
@@ -317,7 +317,7 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// Closes an element.
+    /// Stores the text of an element whose end has been reached, and the index of the element after it.
     fn close(&mut self, element: Open) {
         if let Some((place, written)) = element.text {
             let (bytes, is_resolved) = match written {
@@ -331,7 +331,6 @@ impl<'t> Document<'t> {
     }
 }
 
-/// The XML declaration.
 const DECLARATION: &str = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n";
 
 /// Writes a document with line breaks and indentation.

@@ -31,7 +31,7 @@ pub(super) struct Instance {
     elements: Vec<f64>,
 }
 
-/// An array variable. FMI can only set all elements at once, so the values of the others are kept here.
+/// An array variable. FMI sets all elements in one call: to set one of them, the values of the others are kept here.
 #[derive(Debug)]
 struct Elements {
     array: Array,

@@ -209,7 +209,7 @@ struct End {
     size: u32,
 }
 
-/// Finds the end record, which must be at the end of the file and directly after the table of contents.
+/// Finds the end record, which must directly follow the table of contents; only its own comment may follow it.
 fn find_end(reader: &mut (impl Read + Seek)) -> Result<End> {
     let length = reader.seek(SeekFrom::End(0)).context("it cannot be read")?;
     // A comment of up to 65535 bytes may follow the record.

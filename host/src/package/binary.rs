@@ -77,10 +77,10 @@ impl Binary {
         }
     }
 
-    /// Checks that a Linux library needs nothing beyond a glibc of this version.
+    /// Checks that a Linux library needs no newer glibc than this version, and not libgcc_s.
     ///
     /// # Errors
-    /// It needs a newer version or an additional library.
+    /// It needs one of them.
     pub fn check_portable(&self, glibc: &str) -> Result<()> {
         if let Some(own) = self.glibc.as_deref().filter(|own| version(own) > version(glibc)) {
             bail!("it needs glibc {own}; a portable library needs {glibc} or older");

@@ -41,7 +41,7 @@ pub fn check(description: &ModelDescription) -> Findings {
 /// The location of a contradiction: the 0-based position of a variable, or `None` if it is not in a variable.
 pub(crate) type Place = Option<usize>;
 
-/// Units and types by name.
+/// The units and type definitions of a model description, by name.
 struct Definitions<'a> {
     units: HashMap<&'a str, &'a Unit>,
     types: HashMap<&'a str, &'a TypeAttributes>,
@@ -65,7 +65,8 @@ fn about(variable: &Variable, sentence: &str) -> String {
     format!("variable {:?}: {sentence}", shortened(&variable.name))
 }
 
-/// Finds mistakes that make any description useless: duplicate or missing definitions, and values out of range.
+/// Finds the mistakes for which [`read`](super::read()) rejects a file, such as duplicate or missing definitions and
+/// values out of range.
 pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl FnMut(Place, String)) {
     if description.model_exchange.is_none() && description.co_simulation.is_none() {
         found(None, "neither ModelExchange nor CoSimulation is present: add at least one".into());
@@ -130,7 +131,7 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
     }
 }
 
-/// The type in the names of the functions that get and set a value: for an Enumeration, Integer.
+/// The type in the names of the C functions that get and set a value: `Integer` for an Enumeration.
 fn functions(typed: &Typed) -> &'static str {
     match typed {
         Typed::Enumeration(_) => "Integer",

@@ -66,7 +66,7 @@ elements! {
     ModelExchange "ModelExchange" {
         /// The name of the library and prefix of its functions.
         model_identifier "modelIdentifier": String;
-        /// Whether the FMU only connects to a tool, which must be installed.
+        /// Whether the model runs in an external tool, which must be installed.
         needs_execution_tool "needsExecutionTool": bool = false;
         /// Whether `fmi2CompletedIntegratorStep` need not be called.
         completed_integrator_step_not_needed "completedIntegratorStepNotNeeded": bool = false;
@@ -127,7 +127,7 @@ elements! {
         min "min": Option<f64>;
         /// The upper end of the range for which the model is valid.
         max "max": Option<f64>;
-        /// The order of magnitude.
+        /// The order of magnitude of the values.
         nominal "nominal": Option<f64>;
         /// Whether it grows without bounds, like the angle of a shaft.
         unbounded "unbounded": Option<bool>;
@@ -189,7 +189,7 @@ elements! {
         typed: Typed;
     }
 
-    /// `Real`
+    /// `Real`: the attributes of a floating-point variable.
     Real "Real" {
         /// The type definition that it refers to.
         declared_type "declaredType": Option<String>;
@@ -197,13 +197,13 @@ elements! {
         attributes: RealAttributes;
         /// The value before initialization.
         start "start": Option<f64>;
-        /// The index of the variable whose derivative it is.
+        /// The index, starting at 1, of the variable whose derivative it is.
         derivative "derivative": Option<u32>;
         /// Model exchange only: whether an event may set this state.
         reinit "reinit": bool = false, omitted;
     }
 
-    /// `Integer`
+    /// `Integer`: the attributes of an integer variable.
     Integer "Integer" {
         /// The type definition that it refers to.
         declared_type "declaredType": Option<String>;
@@ -213,7 +213,7 @@ elements! {
         start "start": Option<i32>;
     }
 
-    /// `Boolean`
+    /// `Boolean`: the attributes of a Boolean variable.
     Boolean "Boolean" {
         /// The type definition that it refers to.
         declared_type "declaredType": Option<String>;
@@ -221,7 +221,7 @@ elements! {
         start "start": Option<bool>;
     }
 
-    /// `String`
+    /// `String`: the attributes of a string variable.
     Text "String" {
         /// The type definition that it refers to.
         declared_type "declaredType": Option<String>;
@@ -229,7 +229,7 @@ elements! {
         start "start": Option<String>;
     }
 
-    /// `Enumeration`
+    /// `Enumeration`: the attributes of an enumeration variable.
     Enumeration "Enumeration" {
         /// The type definition that it refers to.
         declared_type "declaredType": String;
@@ -255,7 +255,7 @@ elements! {
         index "index": u32;
         /// The indices of the variables that it depends on; `None` means all.
         dependencies "dependencies": Option<Vec<u32>>;
-        /// How it depends on each of them.
+        /// How it depends on each variable in `dependencies`.
         dependencies_kind "dependenciesKind": Option<Vec<DependencyKind>>;
     }
 }

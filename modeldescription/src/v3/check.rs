@@ -42,7 +42,8 @@ fn about(variable: &Variable, sentence: &str) -> String {
     format!("variable {:?}: {sentence}", shortened(&variable.common.name))
 }
 
-/// Finds mistakes that make any description useless: duplicate or missing definitions, and values out of range.
+/// Finds the mistakes for which [`read`](super::read()) rejects a file, such as duplicate or missing definitions and
+/// values out of range.
 pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl FnMut(Place, String)) {
     let ModelDescription { model_exchange, co_simulation, scheduled_execution, .. } = description;
     if model_exchange.is_none() && co_simulation.is_none() && scheduled_execution.is_none() {

@@ -72,7 +72,7 @@ elements! {
     InterfaceType {
         /// The name of the library.
         model_identifier "modelIdentifier": String;
-        /// Whether the FMU only connects to a tool, which must be installed.
+        /// Whether the model runs in an external tool, which must be installed.
         needs_execution_tool "needsExecutionTool": bool = false;
         /// Whether a process can have only one instance.
         can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
@@ -84,7 +84,7 @@ elements! {
         provides_directional_derivatives "providesDirectionalDerivatives": bool = false;
         /// Whether `fmi3GetAdjointDerivative` is supported.
         provides_adjoint_derivatives "providesAdjointDerivatives": bool = false;
-        /// Whether dependencies are known for each element.
+        /// Whether dependencies are known for each element of an array.
         provides_per_element_dependencies "providesPerElementDependencies": bool = false;
     }
 
@@ -194,11 +194,11 @@ elements! {
         min "min": Option<f64>;
         /// The upper end of the range for which the model is valid.
         max "max": Option<f64>;
-        /// The order of magnitude.
+        /// The order of magnitude of the values.
         nominal "nominal": Option<f64>;
     }
 
-    /// `Float32`, `Float64`
+    /// `Float32`, `Float64`: the attributes of a floating-point variable.
     Float {
         /// The attributes shared with type definitions.
         attributes: FloatAttributes;
@@ -220,7 +220,7 @@ elements! {
         max "max": Option<i128>;
     }
 
-    /// `Int8` to `UInt64`, and `Enumeration`
+    /// `Int8` to `UInt64`, and `Enumeration`: the attributes of an integer or enumeration variable.
     Integer {
         /// The attributes shared with type definitions.
         attributes: IntegerAttributes;
@@ -228,7 +228,7 @@ elements! {
         start "start": Option<Vec<i128>>;
     }
 
-    /// `Boolean`
+    /// `Boolean`: the attributes of a Boolean variable.
     Boolean {
         /// The values before initialization: one for each element, or one for all.
         start "start": Option<Vec<bool>>;
@@ -272,7 +272,7 @@ elements! {
         value_reference "valueReference": Option<u32>;
     }
 
-    /// `Start`: a string, or bytes in hexadecimal.
+    /// `Start`: the start value of a String, or of a Binary in hexadecimal.
     Start "Start" {
         /// The value.
         value "value": Option<String>;
@@ -318,35 +318,35 @@ elements! {
         value_reference "valueReference": u32;
         /// The value references of the variables that it depends on; `None` means all.
         dependencies "dependencies": Option<Vec<u32>>;
-        /// How it depends on each of them.
+        /// How it depends on each variable in `dependencies`.
         dependencies_kind "dependenciesKind": Option<Vec<DependencyKind>>;
     }
 
-    /// `Output`
+    /// `Output`: an output.
     Output "Output" {
         /// The variable and its dependencies.
         unknown: Unknown;
     }
 
-    /// `ContinuousStateDerivative`
+    /// `ContinuousStateDerivative`: the derivative of a continuous state.
     ContinuousStateDerivative "ContinuousStateDerivative" {
         /// The variable and its dependencies.
         unknown: Unknown;
     }
 
-    /// `ClockedState`
+    /// `ClockedState`: a state that changes at clock ticks.
     ClockedState "ClockedState" {
         /// The variable and its dependencies.
         unknown: Unknown;
     }
 
-    /// `InitialUnknown`
+    /// `InitialUnknown`: a variable computed in Initialization Mode.
     InitialUnknown "InitialUnknown" {
         /// The variable and its dependencies.
         unknown: Unknown;
     }
 
-    /// `EventIndicator`
+    /// `EventIndicator`: a variable that signals events.
     EventIndicator "EventIndicator" {
         /// The variable and its dependencies.
         unknown: Unknown;

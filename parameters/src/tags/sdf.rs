@@ -6,7 +6,7 @@
 use super::{Constant, Tag, Tags, Wrong, address_of, literal, one_line};
 use crate::problem::quoted;
 
-/// Reads a table.
+/// Reads the tags and constants of a table.
 pub(super) fn read(text: &str) -> Result<Tags, Vec<Wrong>> {
     let mut tags = Tags::default();
     let mut wrong = Vec::new();

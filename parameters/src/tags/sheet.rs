@@ -3,7 +3,7 @@
 use super::{Constant, Tag, Tags, address_of, literal, one_line};
 use crate::problem::quoted;
 
-/// The columns of a sheet.
+/// The indices of a sheet's columns.
 struct Columns {
     name: usize,
     of: usize,
