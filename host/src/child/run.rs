@@ -63,8 +63,8 @@ pub struct Finished {
     pub messages: Vec<(String, String)>,
     /// The number of completed steps.
     pub steps: usize,
-    /// Which FMU ended the run early and when, `None` if the run was completed; or an error that contains the FMU that
-    /// failed, the time and the FMU's messages.
+    /// Which FMU ended the run early and when, `None` if the run was completed; or an error that states which FMU
+    /// failed, when, and its messages.
     pub ended: Result<Option<String>>,
 }
 

@@ -201,8 +201,8 @@ fn linked(path: &Path) -> PathBuf {
     }
 }
 
-/// Checks the files that a command is going to write: no output may be a folder, be one of the inputs, or be named
-/// twice. Devices and the like may be named twice.
+/// Checks the files that a command is going to write: no output may be a folder, be one of the inputs, or be
+/// specified twice. Devices, FIFOs and sockets may be specified twice.
 ///
 /// # Errors
 /// An output fails the check; the message states the remedy.

@@ -245,7 +245,7 @@ elements! {
         outputs in "Outputs": Vec<Unknown>;
         /// All derivatives of continuous states.
         derivatives in "Derivatives": Vec<Unknown>;
-        /// The unknowns in Initialization Mode.
+        /// The variables computed in Initialization Mode.
         initial_unknowns in "InitialUnknowns": Vec<Unknown>;
     }
 

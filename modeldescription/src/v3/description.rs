@@ -264,11 +264,11 @@ elements! {
         shift_counter "shiftCounter": u64 = 0, omitted;
     }
 
-    /// `Dimension`: a size of an array, as a number or as the value of a variable.
+    /// `Dimension`: the size of one dimension of an array, either fixed or the value of a variable.
     Dimension "Dimension" {
-        /// The size.
+        /// The size, if it is fixed.
         start "start": Option<u64>;
-        /// The value reference of the variable that holds the size.
+        /// The value reference of the variable that holds the size, if it is not fixed.
         value_reference "valueReference": Option<u32>;
     }
 
@@ -306,7 +306,7 @@ elements! {
         continuous_state_derivatives: Vec<ContinuousStateDerivative>;
         /// All states that change at clock ticks.
         clocked_states: Vec<ClockedState>;
-        /// The unknowns in Initialization Mode.
+        /// The variables computed in Initialization Mode.
         initial_unknowns: Vec<InitialUnknown>;
         /// The variables that signal events.
         event_indicators: Vec<EventIndicator>;
@@ -379,7 +379,7 @@ words! {
         Constant "constant",
         /// The FMU, before the first tick.
         Fixed "fixed",
-        /// Parameters.
+        /// The FMU, depending on tunable parameters.
         Tunable "tunable",
         /// The FMU, at each tick.
         Changing "changing",

@@ -131,7 +131,7 @@ pub(crate) fn missing(element: &str) -> String {
     format!("element {element} is missing: add it")
 }
 
-/// The value of an attribute.
+/// The value of an attribute. If the attribute is absent, its value is `default` or, without one, [`Value::absent`].
 pub(crate) fn value<T: Value>(
     tag: &Tag<'_>,
     name: &'static str,

@@ -7,7 +7,7 @@ use quick_xml::events::{BytesDecl, BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::borrow::Cow;
 
-/// The limits for reading. A file within them needs at most about ten times its size in memory.
+/// The limits for reading. Reading a file within them takes at most about ten times its size in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// The maximum size of the file, in bytes.
@@ -102,7 +102,7 @@ pub(crate) struct Tag<'a> {
     is_empty: bool,
     /// The FMI version.
     version: &'static str,
-    /// The whole document, and the position of the tag in it.
+    /// The whole document, and the byte position of the tag in it.
     text: &'a str,
     place: usize,
 }
@@ -116,8 +116,8 @@ impl Tag<'_> {
         at_line(self.text.as_bytes(), self.place, &format!("{}: {sentence}", shortened(self.name())))
     }
 
-    /// The attributes with these names, in the order of the names. Attributes of other namespaces are skipped; any
-    /// others are rejected.
+    /// The attributes with these names, in the order of the names; `None` for an absent one. Attributes of other
+    /// namespaces are skipped; unknown ones are rejected.
     pub(crate) fn attributes<const COUNT: usize>(
         &self,
         names: &[&'static str],
@@ -192,7 +192,7 @@ impl Attribute<'_> {
 enum Piece<'a> {
     Tag(Tag<'a>),
     EndTag,
-    /// The position of a text that is not just white space.
+    /// The byte position of a text that is not just white space.
     Text(usize),
     End,
 }
@@ -308,7 +308,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Reads all children of an element. `read` reads a child to its end, or returns false if it does not know it.
+    /// Reads all children of an element. `read` reads a child to its end, or returns false if the child is unknown.
     pub(crate) fn children(
         &mut self,
         parent: &Tag<'_>,

@@ -23,7 +23,7 @@ const ENOUGH_NAMES: usize = 3;
 /// members.
 ///
 /// # Errors
-/// All errors in the text, at most about 50.
+/// The errors in the text; of more than about 50, only the first ones and the number of the others.
 pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
@@ -139,7 +139,7 @@ impl Skipped {
     }
 }
 
-/// A loop, as read.
+/// A loop that has been read.
 struct Found {
     one: Loop,
     /// For a multi-instance, its name qualified by the names of the data block and the outer instances.
@@ -157,7 +157,7 @@ struct Reader<'a> {
     skipped: Skipped,
     /// The first data blocks of unknown types: name and type.
     unknown: Vec<(String, Name)>,
-    /// Declarations already reported as unreadable.
+    /// The byte positions of declarations already rejected, so that each is reported once.
     refused: HashSet<usize>,
     seven_digits: Option<Range<usize>>,
 }
@@ -271,7 +271,8 @@ impl Reader<'_> {
         }
     }
 
-    /// Lists the instances of known blocks in a function block, with their paths; returns false if it is rejected.
+    /// Lists the instances of known blocks in a function block, with their paths. Returns false if a member is
+    /// rejected, which is reported.
     fn expand(
         &mut self,
         function: &Function,

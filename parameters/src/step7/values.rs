@@ -142,7 +142,7 @@ fn assignment(text: &str, tokens: &mut Tokens) -> Result<Assignment, SyntaxError
     Ok(Assignment { path, path_span, literal, literal_span: start..end })
 }
 
-/// Whether a word is certainly a value.
+/// Whether a word can only be a value, not a name.
 fn is_literal(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_digit())
         || word.contains('#')
