@@ -101,7 +101,7 @@ def test_what_was_read_becomes_a_source_text(params, plc, tmp_path):
         ("0/2/DB7", ["--block=CONT_C"], "DB7 is shorter than 100 bytes, so it is not an instance of this block"),
         ("0/2/DB41", ["--block=CONT_C", "--offset=30"], "DB41 is shorter than 130 bytes"),
         ("0/2/DB41", [], "a PLC does not state which block a data block belongs to: specify it with --block (available: "),
-        ("0/2/DB41", ["--block=PUMP"], 'no block "PUMP"; available: '),
+        ("0/2/DB41", ["--block=PUMP"], 'no block is called "PUMP"; available: '),
         ("0/2/TIC101", ["--block=CONT_C"], '"TIC101" is not a data block such as DB41'),
     ],
 )

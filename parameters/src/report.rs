@@ -125,7 +125,7 @@ impl<'a> Report<'a> {
         if let Some(block) = blocks.iter().find(|block| block.is_called(name)) {
             return Ok(Some(block.clone()));
         }
-        self.wrong_file(format!("no block {name:?}"), Some(format!("available: {}", list(blocks)).into()));
+        self.wrong_file(format!("no block is called {name:?}"), Some(format!("available: {}", list(blocks)).into()));
         Err(())
     }
 

@@ -58,7 +58,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
     for parameter in root.children("Parameters").flat_map(|parameters| parameters.children("Parameter")) {
         match parameter.attribute("name").filter(|name| !name.is_empty()) {
             Some(name) => named.push((name, parameter)),
-            None => report.wrong(parameter.span(), "a Parameter has no name", None),
+            None => report.wrong(parameter.span(), "this Parameter has no name: add one", None),
         }
     }
     let is_listed = is_listed(blocks, named.iter().map(|(name, _)| *name));

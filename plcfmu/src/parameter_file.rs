@@ -63,7 +63,7 @@ fn read_plc(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
     let block = blocks
         .iter()
         .find(|own| own.is_called(block))
-        .with_context(|| format!("{name}: no block {block:?}; available: {}", names()))?;
+        .with_context(|| format!("{name}: no block is called {block:?}; available: {}", names()))?;
     let progress = Progress::spinner(&format!("reading DB{} of {}", address.number, address.host));
     let bytes = plc::fetch(&address, block, options.offset)?;
     drop(progress);

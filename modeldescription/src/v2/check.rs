@@ -284,7 +284,9 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
         found(format!("variability = continuous: only a Real can be continuous; {} is discrete", typed.name()));
     }
     if !causality.allows(*variability) {
-        found(format!("causality = {causality} and variability = {variability} are not allowed together"));
+        found(format!(
+            "causality = {causality} and variability = {variability} are not allowed together: change one of them"
+        ));
         return;
     }
     let initial = variable.initial_or_default();
@@ -296,7 +298,9 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     };
     if !goes_with_them {
         let initial = initial.map_or("", Initial::word);
-        found(format!("causality = {causality} and variability = {variability} do not allow initial = {initial}"));
+        found(format!(
+            "causality = {causality} and variability = {variability} do not allow initial = {initial}: remove it"
+        ));
     }
     let needs_start = *causality == Input || matches!(initial, Some(Initial::Exact | Initial::Approx));
     match (needs_start, typed.has_start()) {

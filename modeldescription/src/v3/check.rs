@@ -321,7 +321,9 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
         Independent => variability == Continuous,
     };
     if !is_allowed {
-        return found(format!("causality = {causality} and variability = {variability} are not allowed together"));
+        return found(format!(
+            "causality = {causality} and variability = {variability} are not allowed together: change one of them"
+        ));
     }
     let initial = variable.initial_or_default();
     let goes_with_them = match (causality, variability) {
@@ -332,7 +334,9 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     };
     if !goes_with_them {
         let initial = initial.map_or("", Initial::word);
-        found(format!("causality = {causality} and variability = {variability} do not allow initial = {initial}"));
+        found(format!(
+            "causality = {causality} and variability = {variability} do not allow initial = {initial}: remove it"
+        ));
     }
     if causality == Independent && typed.float().is_none() {
         found(format!("the independent variable is of type {}: it must be a Float32 or Float64", typed.name()));

@@ -112,7 +112,8 @@ fn the_format_of_a_file_is_that_of_its_ending_in_any_case() {
 fn a_block_that_does_not_exist_is_refused_in_every_format() {
     for format in [Format::Dump, Format::Json, Format::Ssv, Format::Openness] {
         let problems = reading(format, "", &of_block("MOTOR")).unwrap_err();
-        let expected = format!("plant.{}: no block \"MOTOR\"; available: PUMP, VALVE, STATION", format.extensions()[0]);
+        let expected =
+            format!("plant.{}: no block is called \"MOTOR\"; available: PUMP, VALVE, STATION", format.extensions()[0]);
         assert_eq!(problems.to_string(), expected);
     }
 }

@@ -83,7 +83,7 @@ fn what_no_block_has_is_refused_with_its_place() {
             "<s:Parameter name=\"MAN\"/>".into(),
             "plant.ssv:4:1: `MAN`: expected a Real, an Integer or a Boolean, found none",
         ),
-        ("<s:Parameter><s:Real/></s:Parameter>".into(), "plant.ssv:4:1: a Parameter has no name"),
+        ("<s:Parameter><s:Real/></s:Parameter>".into(), "plant.ssv:4:1: this Parameter has no name: add one"),
         (parameter("MAN", "Real value=\"1\"").repeat(2), "plant.ssv:5:1: MAN appears twice: remove one"),
         (parameter("P.MANN", "Real value=\"1\""), "plant.ssv:4:1: `P`: no block has these inputs and parameters"),
         (
