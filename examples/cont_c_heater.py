@@ -104,7 +104,7 @@ def cold_start(fmus, by_hand):
         {"CONT_C.LMN": "HEATER.POWER", "HEATER.T_PER": "CONT_C.PV_PER"},
         inputs={
             "CONT_C.SP_INT": HOT,
-            # Once it is hot, it stays in automatic mode.
+            # The temperature does not fall below 170 degC again, so this switches to automatic mode once.
             "CONT_C.MAN_ON": lambda t: by_hand and furnace["TEMP"] < 170.0,
         },
         record={**SIGNALS, "MAN_ON": "CONT_C.MAN_ON"},

@@ -1,7 +1,7 @@
 """Your own plant in the loop: CONT_C with any FMI 2.0 co-simulation FMU.
 
-Replace "HEATER" with the path of your FMU, and POWER and TEMP with the names of its manipulated and
-process value.
+Replace "HEATER" with the path of your FMU, POWER with the name of its input for the manipulated
+value, and TEMP with the name of its output for the process value.
 
 The settings follow SIMC for the furnace: lags of 120 s and 20 s, a delay of 5 s, a gain of 3 K/%,
 and LAMBDA = 30 s.

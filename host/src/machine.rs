@@ -37,7 +37,7 @@ impl Fault {
         Fault(format!("no program can run from {} (it is mounted noexec): {}", Fault::place(folder), Fault::remedy()))
     }
 
-    /// A folder as the user knows it: for one within the system's folder for temporary files, the latter.
+    /// A folder for a message: the system's folder for temporary files if `folder` is within it, otherwise `folder`.
     fn place(folder: &Path) -> String {
         let temporary = env::temp_dir();
         let known = if folder.starts_with(&temporary) { &temporary } else { folder };

@@ -10,7 +10,7 @@
 //! }
 //! ```
 //!
-//! A TIME is in seconds. An object without objects inside is a single unnamed loop. Missing members have the
+//! A TIME is in seconds. An object without nested objects is a single unnamed loop. Missing members have the
 //! block's start values. The file does not state the block of a loop, which is identified by its names.
 
 use crate::block::BlockType;

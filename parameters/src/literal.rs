@@ -53,8 +53,8 @@ const fn expectation(kind: Kind) -> &'static str {
     }
 }
 
-/// The end of an error message: the type that the literal's prefix indicates, if it is a different one, and the correct
-/// form, if that is likely.
+/// The end of an error message: the type that the literal's prefix indicates, if it is a different one, and how to
+/// write an S5TIME as a TIME.
 fn remark(literal: &str, kind: Kind) -> &'static str {
     let Some((prefix, _)) = literal.trim().split_once('#') else { return "" };
     match prefix.to_ascii_uppercase().as_str() {

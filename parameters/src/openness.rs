@@ -111,7 +111,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
     Some(loops)
 }
 
-/// Prefixes the names of loops that have the same name with that of their data block: `Line.TIC`.
+/// Adds the name of the data block to the names of loops that would otherwise be equal: `Line.TIC`.
 fn tell_apart(loops: &mut [Loop], containers: &[String]) {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for one in loops.iter() {

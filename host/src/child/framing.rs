@@ -49,7 +49,7 @@ pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
 }
 
 /// The messages on standard input of this process, read by a thread, and a sender to keep until everything has been
-/// freed. Once the input has ended, the thread exits the process when that sender is dropped, or after [`FAREWELL`] if
+/// freed. Once the input has ended, the thread ends the process when that sender is dropped, or after [`FAREWELL`] if
 /// an FMU does not return.
 pub fn input() -> (Receiver<Vec<u8>>, Sender<()>) {
     let (sender, messages) = mpsc::channel();

@@ -392,7 +392,7 @@ pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Resu
             panic::resume_unwind(panic);
         }
     }
-    // Kept until here: without it, the reader thread would exit the process as soon as the input ends.
+    // Kept until here: without it, the reader thread would end the process as soon as the input ends.
     drop(at_work);
     process::exit(0)
 }

@@ -8,7 +8,7 @@ use run::component::{MOST_UPDATES, Update};
 use std::ffi::{CStr, c_char, c_int};
 use std::ptr;
 
-/// The maximum number of consecutive early returns from a step at the same time.
+/// The maximum number of consecutive early returns from a step at the same simulation time.
 const MOST_ENDS: usize = 1000;
 
 /// The fraction of a step's size that is ignored as a rounding error.
