@@ -36,7 +36,7 @@ pub struct Update {
 /// step only has to move values.
 #[derive(Debug)]
 pub struct Wiring {
-    /// The range of the member's values within those of the run.
+    /// The range of the member's values among those of the run.
     pub own: Range<usize>,
     /// The variables that other members read or that are recorded, by type.
     pub read: Vec<Read>,
@@ -51,7 +51,7 @@ pub struct Read {
     pub kind: Type,
     /// Their value references.
     pub references: Vec<u32>,
-    /// The range of their values within those of the run.
+    /// The range of their values among those of the run.
     pub places: Range<usize>,
 }
 
@@ -64,11 +64,11 @@ pub struct Written {
     pub references: Vec<u32>,
     /// The positions of their sources among the values of the run.
     pub sources: Vec<usize>,
-    /// The positions of the inputs that need a conversion, with their source types.
+    /// The positions in this group of the inputs whose values must be converted, with the types of their sources.
     pub converted: Vec<(usize, Type)>,
-    /// The values in the current step.
+    /// The values to write; a buffer reused in each step.
     pub values: Vec<f64>,
-    /// For an FMU with Event Mode, the source values last written.
+    /// The source values last written, before conversion; updated only for a member called in Event Mode.
     pub seen: Vec<f64>,
 }
 
@@ -122,8 +122,8 @@ pub trait Component {
     /// # Errors
     /// The FMU rejects the call, or [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
-    /// Enters Event Mode unless it is active. Like the next two functions, called only for members whose plan has
-    /// events.
+    /// Enters Event Mode unless it is already active. This and the next two functions are called only for members that
+    /// use Event Mode.
     ///
     /// # Errors
     /// The FMU rejects the call or has no Event Mode.
@@ -144,7 +144,8 @@ pub trait Component {
     fn leave_events(&mut self) -> Result<()> {
         bail!("it has no Event Mode")
     }
-    /// The component as one of several that are stepped side by side; `None`, the default, if that is not supported.
+    /// This component, to be combined with those of other runs and stepped side by side; `None`, the default, if it
+    /// does not support that.
     fn side(&mut self) -> Option<Side<'_>> {
         None
     }

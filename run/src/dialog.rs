@@ -29,12 +29,12 @@ use serde::{Deserialize, Serialize};
 /// The meaning of the signal that is TRUE while a controller in a program is in manual mode.
 pub const MANUAL_MODE: &str = "manual mode";
 
-/// The roles of an FMU's variables in a loop. All names are the FMU's own.
+/// The roles of an FMU's variables in a loop. The variable names are without the name of the FMU.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Roles {
-    /// The setpoint changed by the user.
+    /// The setpoint that the user changes.
     pub setpoint: Option<String>,
     /// The process value: an input of a controller, an output of a plant.
     pub process_value: Option<String>,
@@ -355,7 +355,7 @@ impl Roles {
 }
 
 impl Field {
-    /// Whether the field has an effect when these switches are on.
+    /// Whether the field has an effect; `is_on` tells whether a switch is on.
     pub fn is_used(&self, is_on: impl Fn(&str) -> bool) -> bool {
         self.used_if.is_empty()
             || self.used_if.iter().any(|all| all.iter().all(|(name, wanted)| is_on(name) == *wanted))

@@ -330,7 +330,7 @@ impl<'a> Reader<'a> {
         Ok(system)
     }
 
-    /// A program with its sources as paths that are valid from here.
+    /// The program with its source paths resolved against the folder of the file.
     fn program(&self, manifest: &Manifest, at: Range<usize>) -> Result<Manifest> {
         if manifest.sources.is_empty() {
             bail!("{}: a program needs sources = [\"FILE.scl\"]", self.place(at));
@@ -389,7 +389,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Returns an error with a suggestion unless the name is known.
+    /// Checks that `names` contains the name; the error suggests the most similar one.
     fn known(&self, name: &Spanned<String>, names: &[&str]) -> Result<()> {
         let wrong = name.get_ref();
         if names.contains(&wrong.as_str()) {

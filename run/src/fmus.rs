@@ -23,10 +23,10 @@ pub trait Fmus {
     /// The FMU does not exist or cannot be read.
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>>;
 
-    /// The dialog of an FMU with this table; by default, the one in its documentation.
+    /// The dialog of an FMU with this table; by default, the one in the table's documentation.
     ///
     /// # Errors
-    /// The dialog in its documentation is wrong.
+    /// The dialog is wrong.
     fn dialog(&self, _fmu: &str, table: &Table) -> Result<(Roles, Vec<Group>)> {
         dialog::read(table)
     }

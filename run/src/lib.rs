@@ -1,9 +1,9 @@
 //! Loops of FMUs and their simulation: connections, the order in which values are exchanged, settings over time, and
-//! recording. [`Fmus`](fmus::Fmus) determines whether an FMU is a block linked into this program or used through its C
-//! interface.
+//! recording. The implementation of [`Fmus`](fmus::Fmus) decides whether an FMU is a block linked into this program or
+//! is used through its C interface.
 //!
 //! ```text
-//! loop.toml --file--> System: names --Plan::of--> Plan: positions and value references --Run--> Recording
+//! loop.toml --file--> System: names --Plan::new-> Plan: positions and value references --run--> Recording
 //! ```
 
 pub mod component;

@@ -45,7 +45,7 @@ pub struct Recording {
     pub times: Vec<f64>,
     /// The rows, concatenated.
     values: Vec<f64>,
-    /// The FMU that ended the run early, with the time. The step in which it did so has no row.
+    /// The FMU that ended the run early, with the time. The last row then has the values before that step.
     pub ended: Option<String>,
 }
 
@@ -141,7 +141,7 @@ impl Thinned {
         }
         self.last = time;
         for ([least, greatest], value) in self.extremes.iter_mut().zip(row) {
-            // NaN is kept because the curve has a gap there.
+            // Keep NaN: the curve has a gap there.
             if *value < least.0 || value.is_nan() {
                 *least = (*value, self.count);
             } else if *value > greatest.0 {
@@ -326,7 +326,8 @@ pub fn run_cells<C: Component>(
     Ok(ended)
 }
 
-/// A run in progress, step by step. Each function requires its [`Plan`]; the run has no predetermined end.
+/// A run performed step by step, without a predetermined end. It does not keep its [`Plan`]: functions that need the
+/// plan receive it as an argument.
 #[derive(Debug)]
 pub struct Run<C> {
     members: Vec<Running<C>>,
@@ -342,7 +343,7 @@ pub struct Run<C> {
     values: Vec<f64>,
     /// The position in `values` of each recorded column.
     recorded: Vec<usize>,
-    /// Whether it is still unknown which members have events, which affects these positions.
+    /// Whether `recorded` has yet to be adjusted to the members that have announced events.
     is_new: bool,
     /// The last recorded row, as cells (see [`Type::cell`]).
     cells: Vec<f64>,
@@ -359,7 +360,7 @@ pub struct Run<C> {
 struct Running<C> {
     component: C,
     wiring: Wiring,
-    /// The number of `plan.events` already applied.
+    /// The number of [`MemberPlan::events`] already applied.
     events: usize,
     /// The time of the next assignment in seconds; minus infinity if one is pending.
     next: f64,
@@ -551,7 +552,7 @@ impl<C: Component> Run<C> {
         self.time
     }
 
-    /// The row of the last step, with a value for each column of the plan; true is 1.
+    /// The row of the last step as numbers, one for each column of the plan; true is 1.
     pub fn row(&self) -> &[f64] {
         self.row.as_ref().unwrap_or(&self.cells)
     }
@@ -762,7 +763,7 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Reads all variables that other members read or that are recorded into the run's values.
+    /// Updates the run's values with all variables that other members read or that are recorded.
     #[inline(always)]
     fn observe(&mut self, values: &mut [f64]) -> Result<()> {
         for group in &self.wiring.read {

@@ -10,11 +10,11 @@ use modeldescription::{Causality, Description, Variability, Variable};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
-/// The tolerance, as a fraction of a step, by which a step may miss the end because of rounding, or an event its
-/// communication point.
+/// The tolerance for rounding, as a fraction of a step, by which the last step may exceed the end of the run, or the
+/// time of a setting its communication point.
 pub const ROUNDING: f64 = 1e-6;
 
-/// Times with more decimals are computed without scaling.
+/// The maximum number of decimals of start and step for which times are computed from integers.
 const MOST_DECIMALS: i32 = 9;
 
 /// Whether an FMU has Event Mode.
@@ -155,8 +155,8 @@ pub struct Column {
     pub source: (usize, usize),
     /// Whether it is recorded before its FMU steps: the FMUs that read it receive this value.
     pub is_before_step: bool,
-    /// Whether none of the outputs of this variable's FMU is connected. If so, a row that shows a call has the value
-    /// produced by the call, and a row that shows a time has the value at that time.
+    /// Whether it is computed by an FMU without connected outputs and without Event Mode. A row that shows a call then
+    /// has the value produced by the call, and a row that shows a point in time has the value at that time.
     pub is_unread: bool,
 }
 
@@ -253,8 +253,8 @@ impl Plan {
         }
     }
 
-    /// The time of a communication point in seconds, computed without accumulating errors. It is the double nearest to
-    /// the decimal value: 599.8 for 2999 steps of 0.2.
+    /// The time of a communication point in seconds, computed without accumulating errors. Unless start or step have
+    /// too many digits, it is the double nearest to the decimal value: 599.8 for 2999 steps of 0.2.
     #[inline]
     pub fn time(&self, step: usize) -> f64 {
         scaled_time(self.start, self.step, self.scale, step)
@@ -268,7 +268,7 @@ impl Plan {
         own.connected.variables().zip(&own.sources).find(|(to, _)| *to == input).map(|(_, from)| *from)
     }
 
-    /// Sorts the settings by time and returns the inputs set by the user.
+    /// Adds the settings to the members' plans, by time, and returns the inputs set by the user.
     fn set<'a>(
         &mut self,
         names: &Names<'a>,
@@ -346,7 +346,7 @@ impl Plan {
         let all: Vec<&Wire> = wires.iter().filter(|wire| wire.from.member == reference.member).collect();
         let readers = if own.is_empty() { all } else { own };
         let is_set = matches!(causality, Causality::Input | Causality::Parameter);
-        // Its values are exchanged at the communication point, regardless of which FMU reads them.
+        // In Event Mode, values are exchanged at the communication point, regardless of which FMU reads them.
         let has_events = self.members[reference.member].has_events;
         let is_unread = !is_set && !has_events && readers.is_empty();
         Column {
@@ -426,7 +426,8 @@ fn scale(start: f64, step: f64) -> Option<Scaled> {
         .map(|scale| Scaled { scale, start: (start * scale).round(), step: (step * scale).round() })
 }
 
-/// The effective settings, with their variables: a preliminary one yields to a connection and to another setting.
+/// The settings that apply, with their variables. A preliminary setting does not apply if its variable is connected or
+/// has another setting for the start.
 pub fn effective<'a, 's>(
     names: &Names<'a>,
     settings: &'s [Setting],
@@ -505,7 +506,7 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection, from: Reference<'a>, to:
         // An integer out of range is an error at run time; a REAL is rounded as in the PLC.
         (from, to) if from.whole().is_some() && to.whole().is_some() => {}
         (from, to) if from.is_floating() && to.is_floating() => {}
-        // Every 32-bit integer fits a Real, and every 16-bit one a Float32.
+        // Every 32-bit integer fits into a Real, and every 16-bit one into a Float32.
         (from, to) if to.is_floating() && from.whole().is_some() && from.bits() < to.bits() => {}
         (Type::Boolean, to_kind) if to_kind.is_floating() => {
             let reals = [Type::Real, Type::Float32].map(|kind| names.outputs(from.member, kind)).concat();
@@ -711,7 +712,7 @@ impl<'a> Names<'a> {
         Some(self.members[member])
     }
 
-    /// All numeric variables of a member.
+    /// All Boolean and numeric variables of a member.
     fn all(&self, member: usize) -> impl Iterator<Item = Reference<'a>> {
         let variables = self.descriptions[member].variables.iter();
         variables.filter_map(move |variable| Some(Reference { member, variable, kind: variable.kind? }))

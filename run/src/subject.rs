@@ -1,4 +1,4 @@
-//! The subject of an error. Keys attached to an error allow a caller that has the loop or study file to find the line.
+//! The subject of an error. A caller that has the loop or study file can locate the line by the attached keys.
 
 use anyhow::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -64,8 +64,8 @@ impl Subject {
 
 /// Attaches subjects to errors.
 pub trait About {
-    /// Attaches this part of the file to an error as its subject. If the error already has a subject, that is taken to
-    /// be inside this part.
+    /// Attaches this part of the file to an error as its subject. A part that is already attached is taken to be inside
+    /// this one.
     #[must_use]
     fn at(self, key: impl Into<Key>) -> Self;
 }

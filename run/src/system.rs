@@ -43,7 +43,7 @@ pub struct System {
 }
 
 impl System {
-    /// All files it was read from, including FMUs, which should not be overwritten.
+    /// All files that must not be overwritten: those that the system was read from, FMUs and program sources.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         let of_programs = self.programs.values().flat_map(|program| &program.sources);
         let members = self.members.iter().map(|member| &member.path);
@@ -67,7 +67,7 @@ pub struct Setting {
     pub variable: String,
     /// The value.
     pub value: Value,
-    /// The time in seconds, rounded up to the next communication point; by default at the start, before initialization.
+    /// The time in seconds; the value takes effect at the next communication point. `None` for the initialization.
     pub time: Option<f64>,
     /// Whether it is from a parameter file, so that a connection or another setting of the variable takes precedence.
     pub is_preliminary: bool,
@@ -92,7 +92,7 @@ pub enum Value {
     Boolean(bool),
     /// A whole number with more digits than a floating-point number can hold.
     Whole(i128),
-    /// Anything else.
+    /// Any other number.
     Number(f64),
 }
 
@@ -256,14 +256,14 @@ impl From<&str> for Recorded {
     }
 }
 
-/// Parses an integer of at most 64 bits that a double may not hold exactly.
+/// Parses an integer of at most 64 bits whose magnitude exceeds [`EXACT`], so that a double may not hold it exactly.
 pub(crate) fn whole(text: &str) -> Option<i128> {
     let whole = text.trim().parse::<i128>().ok()?;
     let is_long = (i64::MIN.into()..=u64::MAX.into()).contains(&whole) && whole.abs() > EXACT;
     is_long.then_some(whole)
 }
 
-/// The largest magnitude up to which a double holds every integer.
+/// The magnitude up to which a double holds every integer.
 pub(crate) const EXACT: i128 = 1 << 53;
 
 /// Parses a finite number.

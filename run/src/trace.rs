@@ -210,7 +210,7 @@ impl Trace {
         self.chunks.back().map_or(self.overview.calls, |chunk| chunk.first + chunk.calls)
     }
 
-    /// Packs the rows, and drops chunks that are no longer kept exactly.
+    /// Packs the rows, and moves chunks that need no longer be kept exactly to the overview.
     fn pack(&mut self) {
         let first = self.packed();
         let calls = self.calls - first;
@@ -262,8 +262,8 @@ impl Trace {
         calls.map(move |call| self.get(column, call))
     }
 
-    /// The mean of a variable over `length` calls up to and including each of these calls; over fewer at the beginning
-    /// of the exactly kept range, NaN before it.
+    /// The mean of a variable over the `length` calls that end with each of these ascending calls; over fewer at the
+    /// beginning of the exactly kept range, NaN before it.
     pub fn means(&self, column: usize, calls: &[usize], length: usize) -> Vec<f64> {
         let Range { start, end } = self.exact();
         let first = calls.first().map_or(start, |call| (call + 1).saturating_sub(length)).max(start);
@@ -327,7 +327,7 @@ impl Trace {
             return Curves { calls: calls.collect(), values, is_exact: true };
         }
         let groups = Groups { first: calls.start, calls: count, count: (points / 2).clamp(1, count.max(1)) };
-        // An overview bucket may be wider than a group. The groups after its first one are then empty.
+        // An overview bucket may span several groups; all of them but the first are then empty.
         let is_there = |group: &usize| {
             let (first, end) = (groups.first_call(*group), groups.first_call(group + 1));
             *group == 0 || end > self.overview.calls || first.next_multiple_of(self.overview.bucket) < end

@@ -126,7 +126,7 @@ fn entry(text: &mut String, key: &str, value: impl FnOnce(&mut String) -> fmt::R
 
 impl System {
     /// The system with the paths of its FMUs and programs as written in a file in `folder`: relative if they are inside
-    /// it.
+    /// the folder, otherwise absolute.
     pub fn as_in(&self, folder: &Path) -> System {
         let absolute = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let relative = |path: &Path| {

@@ -5,14 +5,15 @@ use crate::component::{Abreast, Component, Wiring};
 use crate::plan::Plan;
 use anyhow::{Result, bail};
 
-/// The minimum number of steps before the next event for which runs are stepped side by side.
+/// Runs are stepped side by side only if no setting is due within this many steps.
 const FEWEST: usize = 16;
 
 impl<C: Component> Run<C> {
-    /// Steps several runs of a plan side by side, for the steps before the next event, unless there are only a few,
-    /// while all are ordinary. Afterwards, each run is in the same state as after that number of [`Run::step`] calls.
-    /// Returns false if the components do not support it or the next step is not ordinary. The runs must differ only in
-    /// values. `record` receives, step by step, each column of the plan with its value in each run.
+    /// Steps several runs of a plan side by side until the next setting is due or a step is not ordinary; performs no
+    /// step if a setting is due within the next few. Afterwards, each run is in the same state as after that number of
+    /// [`Run::step`] calls. Returns false if the components do not support it or the first step is not ordinary. The
+    /// runs must differ only in values. `record` receives, step by step, each column of the plan with its value in each
+    /// run.
     ///
     /// # Errors
     /// An input was refused in the middle of a step, after some members had completed it: the runs cannot continue.

@@ -42,7 +42,7 @@ impl<C: Component> Run<C> {
         }
         while !waiting.is_empty() {
             self.settle(plan, time)?;
-            // An event waits for the events of FMUs that feed this one. In a loop, the order of the FMUs decides.
+            // The next event is that of the FMU with the fewest sources still waiting; among equals, of the first FMU.
             let feeds = |member: usize| {
                 let sources = plan.members[member].sources.iter().map(|source| source.0);
                 sources.filter(|from| *from != member && waiting.contains(from)).count()
@@ -66,8 +66,8 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Switches columns to the values from before the step if an FMU without Event Mode precedes one with events: the
-    /// latter is called with these values. This applies to both the output and the input.
+    /// Switches columns to the values from before the step, with which FMUs that have announced an event are called:
+    /// the columns of their inputs, and of outputs that no later FMU without an announced event reads.
     fn record_what_is_called_with(&mut self, plan: &Plan) {
         let count = self.values.len() / 2;
         let has_calls = |member: usize| self.members[member].own.is_some_and(|events| events.next.is_finite());
@@ -122,7 +122,8 @@ impl<C: Component> Running<C> {
         })
     }
 
-    /// Updates the FMU in Event Mode, after writing its current inputs, if given.
+    /// Updates the FMU in Event Mode. `inputs`, if given, are the run's values and the number of current ones among
+    /// them; the connected inputs are written from these first.
     fn update(&mut self, inputs: Option<(&[f64], usize)>) -> Result<()> {
         if let Some((values, count)) = inputs {
             self.write_inputs_at(values, |source| source % count)?;
@@ -134,7 +135,7 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Applies, within a step, the inputs that earlier FMUs without Event Mode have changed in the meantime.
+    /// Applies the inputs that earlier FMUs without Event Mode have changed in this step.
     pub(super) fn take_over(&mut self, values: &[f64]) -> Result<()> {
         if !self.inputs_differ(values, |source| source) {
             return Ok(());
