@@ -73,7 +73,7 @@ enum Values {
         count: u64,
         logarithmic: bool,
     },
-    /// The distribution, its index from 0, and whether its values are rounded to integers.
+    /// The distribution, its 0-based index among the distributions, and whether its values are rounded to integers.
     Drawn(Distribution, usize, bool),
 }
 
@@ -101,7 +101,7 @@ impl Target {
         (self.member, self.kind, self.reference) == (member, kind, reference)
     }
 
-    /// The column that holds its values.
+    /// The column of its values: `FMU.VARIABLE`, or `FMU.VARIABLE@SECONDS` if it is set later.
     pub(crate) fn coordinate(&self) -> Quantity {
         let name = match self.time {
             None => self.name.clone(),
@@ -110,7 +110,7 @@ impl Target {
         Quantity::new(&name, self.unit.as_deref())
     }
 
-    /// Returns the setting that assigns the value to the variable.
+    /// The setting that assigns a value to the variable.
     fn setting(&self, value: f64) -> Setting {
         Setting {
             variable: self.name.clone(),
@@ -130,7 +130,7 @@ impl Target {
         self.range.0.is_some_and(|min| value < min) || self.range.1.is_some_and(|max| value > max)
     }
 
-    /// Checks the value that the variable would get.
+    /// Checks that the variable can have this value.
     fn check(&self, value: f64) -> Result<()> {
         if !value.is_finite() {
             bail!("{} = {value}: use values and factors whose products are finite", self.name);
@@ -276,7 +276,7 @@ impl Axes {
     }
 }
 
-/// The system with the targets set to these values instead of its own. A target without a value is not set.
+/// The system with its settings of the targets replaced by these values. A target without a value has no setting.
 pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: &[f64]) -> System {
     let is_replaced = |setting: &Setting| {
         // Unknown names are reported by the plan.
@@ -291,8 +291,8 @@ pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: 
 }
 
 impl Resolved {
-    /// The lowest and highest value of a variable; for a distribution, approximately those reached with this many
-    /// samples.
+    /// The lowest and highest value of the axis for its variable at index `place`; for a distribution, approximately
+    /// those reached with this many samples.
     fn extremes(&self, place: usize, samples: u64) -> [f64; 2] {
         let among = |values: &mut dyn Iterator<Item = f64>| {
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[min, max], value| [min.min(value), max.max(value)])
@@ -316,7 +316,7 @@ pub(super) fn between(from: f64, to: f64, place: u64, count: u64, logarithmic: b
     } else if place + 1 == count {
         to
     } else if logarithmic {
-        // Decadic logarithms, so that powers of ten are reproduced exactly.
+        // Common logarithms, so that powers of ten are reproduced exactly.
         let (low, high) = (libm::log10(from), libm::log10(to));
         libm::exp10(low + (high - low) * place as f64 / (count - 1) as f64)
     } else {
@@ -395,7 +395,7 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
         }
         Along::Range { from, to, count, logarithmic } => {
             for target in targets {
-                // If both ends are finite, so are the values between.
+                // For floating-point types, the ends suffice: if both are finite, so are the values between them.
                 let step = if target.kind.is_floating() { count - 1 } else { 1 };
                 (0..*count)
                     .step_by(step as usize)

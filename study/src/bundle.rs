@@ -23,14 +23,14 @@ struct Content {
     /// The file name of the loop.
     #[serde(rename = "loop")]
     description: String,
-    /// The folder of the FMUs as shown on the page, if one was given.
+    /// The folder of the FMUs as shown in the report, if one was given with `--fmus`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     fmus: Option<String>,
     fingerprint: String,
     runs: u64,
     /// Whether each run needs new instances, determined for all parts when the bundle was created.
     renews: bool,
-    /// The job; paths of FMUs are relative to the folder.
+    /// The job; paths of FMUs are relative to the bundle's folder.
     job: Job,
 }
 
@@ -66,7 +66,7 @@ pub fn write(folder: &Path, reading: &Reading, runs: u64, renews: bool) -> Resul
 /// Opens a bundle by its `study.json`.
 ///
 /// # Errors
-/// The bundle is damaged, or was created by another version of this program.
+/// The bundle is damaged, has changed, or was created by another version of this program.
 pub fn open(path: &Path) -> Result<Reading> {
     let shown = path.display();
     let text = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;

@@ -16,7 +16,7 @@ impl Study {
     /// Checks everything that does not depend on the loop.
     ///
     /// # Errors
-    /// An axis or limit is wrong; the message names it and the remedy.
+    /// An axis, a limit, the window or the sampling is wrong; the message names it and the remedy.
     pub fn check(&self) -> Result<()> {
         for (number, axis) in self.axes.iter().enumerate() {
             axis.check().with_context(|| axis.label(number)).at(number).at("axes")?;
@@ -101,7 +101,7 @@ impl Study {
         }
     }
 
-    /// Returns the lengths of the axes that span the grid; a group counts once, by its first axis.
+    /// Returns the number of values of each axis that spans the grid; a group is represented by its first axis.
     fn lengths(&self) -> Vec<u64> {
         let spans = |number: &usize| self.leader(*number) == *number;
         (0..self.axes.len()).filter(spans).map(|number| self.axes[number].along.length()).collect()
@@ -113,7 +113,8 @@ impl Study {
         self.axes.iter().position(|axis| axis.group.as_ref() == Some(group)).unwrap_or(number)
     }
 
-    /// Checks that an axis has as many values as the others in its group, and no distribution.
+    /// Checks that an axis in a group has as many values as the first one there, the same loop names as the others in
+    /// the same order, and no distribution; and that it has `whole` only with a distribution.
     fn check_group(&self, number: usize) -> Result<()> {
         let (axis, leader) = (&self.axes[number], self.leader(number));
         let other = &self.axes[leader];
@@ -158,7 +159,8 @@ impl Study {
         }
     }
 
-    /// Whether the runs are independent samples, so that confidence intervals exist.
+    /// Whether the runs only sample distributions, without a grid or Saltelli's scheme, so that confidence intervals
+    /// are meaningful.
     pub fn is_independent(&self) -> bool {
         let is_grid = self.axes.iter().any(|axis| axis.along.length() > 1);
         self.distributions() > 0 && !is_grid && self.sampling != Sampling::Saltelli

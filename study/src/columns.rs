@@ -28,10 +28,10 @@ impl Spill {
         Spill { file: RefCell::new(SpooledTempFile::new_in(most, folder)), end: 0, folder: folder.into() }
     }
 
-    /// Appends numbers of `N` bytes each. Returns the position at which they start.
+    /// Appends numbers of `N` bytes each. Returns the byte position at which they start.
     ///
     /// # Errors
-    /// The disk is full.
+    /// The file cannot be written, for instance because the disk is full.
     pub(crate) fn append<const N: usize>(&mut self, numbers: impl Iterator<Item = [u8; N]>) -> Result<u64> {
         let (begin, file) = (self.end, self.file.get_mut());
         let append = || {
@@ -48,7 +48,7 @@ impl Spill {
         Ok(begin)
     }
 
-    /// Reads `count` numbers, starting at a position, and appends them to a list.
+    /// Reads `count` numbers, starting at the byte position `at`, and appends them to a list.
     ///
     /// # Errors
     /// The numbers cannot be read.
@@ -116,7 +116,7 @@ impl Columns {
     /// Appends a row, with one value per column.
     ///
     /// # Errors
-    /// The disk is full.
+    /// The file cannot be written, for instance because the disk is full.
     pub(crate) fn push(&mut self, row: impl Iterator<Item = f64>) -> Result<()> {
         if self.last.first().is_some_and(|column| column.len() == self.block) {
             self.blocks.append(self.last.iter().flatten().map(|value| value.to_le_bytes()))?;
@@ -134,7 +134,7 @@ impl Columns {
         self.count - self.last.first().map_or(self.count, |column| column.len() as u64)
     }
 
-    /// The position of a value in a block.
+    /// The byte position in the file of a value stored in a block.
     fn place(&self, row: u64, column: usize) -> u64 {
         let (width, block) = (self.last.len() as u64, self.block as u64);
         ((row / block * width + column as u64) * block + row % block) * size_of::<f64>() as u64

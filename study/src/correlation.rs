@@ -18,7 +18,8 @@ use std::f64::consts::PI;
 /// The rows of the mixing matrix, one for each distribution; empty if all are independent.
 ///
 /// # Errors
-/// An axis does not exist, or the correlations contradict each other.
+/// A correlation names a variable without a distribution or has an invalid rank, or the correlations contradict each
+/// other.
 pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
     if study.correlations.is_empty() {
         return Ok(Vec::new());

@@ -28,9 +28,10 @@ pub struct Tuned {
     pub figure: [Option<f64>; 2],
     /// The value of each constraint, with the settings found and with the current ones.
     pub constraints: Vec<[Option<f64>; 2]>,
-    /// The constraints that are active or that the current settings violate: why the figure may be worse than now.
+    /// The constraints that are active or that the current settings violate, which explains a figure worse than the
+    /// current one; `None` if there are none.
     pub remark: Option<String>,
-    /// The reason not to use the settings, or `None` if they meet all constraints.
+    /// Why the settings must not be used, or why there are none; `None` if they meet all constraints.
     pub problem: Option<String>,
 }
 
@@ -67,8 +68,8 @@ impl Reading {
         Ok(named.cloned().unwrap_or_else(|| (1..=rows.axis.along.length()).map(|row| row.to_string()).collect()))
     }
 
-    /// The study of one loop: a row of the table, and of the axes in its group, becomes settings of the loop. Other
-    /// axes remain.
+    /// The study of one loop: the values in its row of the table, and of the axes in the same group, become settings of
+    /// the loop or, if they are relative, axes with a single row. Other axes remain.
     pub fn alone(&self, row: usize) -> Reading {
         let mut alone = self.clone();
         let study = &self.job.study;
@@ -151,7 +152,7 @@ pub fn csv(columns: &[String], loops: &[Tuned]) -> String {
         let settings = one.found.iter().zip(&one.now).flat_map(|(found, now)| [Some(*found), Some(*now)]);
         let constrained = one.constraints.iter().flatten().copied();
         let mut cells: Vec<Option<f64>> = settings.chain(one.figure).chain(constrained).collect();
-        // A loop that was not searched has only its problem.
+        // A loop that could not be tuned has only its problem.
         cells.resize(columns.len(), None);
         let cells: Vec<String> =
             cells.into_iter().map(|value| value.map_or_else(String::new, |value| format!("{value:?}"))).collect();
@@ -162,7 +163,8 @@ pub fn csv(columns: &[String], loops: &[Tuned]) -> String {
     csv
 }
 
-/// The parameter file at `path` with the settings found; loops with a problem keep theirs. `variables` are the search variables.
+/// The parameter file at `path` with the settings found; loops with a problem keep their settings. `variables` are the
+/// search variables.
 ///
 /// # Errors
 /// The file can no longer be read, it has no place for a value, or a setting does not fit the block's type.

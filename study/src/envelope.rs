@@ -6,7 +6,7 @@ use crate::sampling::Permutation;
 use crate::summary::percentile;
 use anyhow::Result;
 
-/// The minimum and maximum number of runs in an envelope; these runs are repeated to obtain their curves.
+/// The permitted number of runs in an envelope; these runs are repeated to obtain their curves.
 const RUNS: std::ops::RangeInclusive<u64> = 20..=200;
 
 /// The percentiles of a signal over the runs, at equidistant times.
@@ -33,8 +33,8 @@ fn chosen(count: u64) -> Vec<u64> {
 }
 
 impl Envelope {
-    /// The envelope of the process value; `None` if that is unknown or there are too few runs. The runs are repeated
-    /// with new instances, and `again` receives the figures of each.
+    /// The envelope of the process value; `None` if the study does not know its process value or there are too few
+    /// runs. The runs are repeated with new instances, and `again` receives the number of each with its figures.
     ///
     /// # Errors
     /// A worker cannot be started, or `again` fails.
@@ -61,7 +61,7 @@ impl Envelope {
         Ok(if times.is_empty() { None } else { Envelope::of_traces(times, &traces) })
     }
 
-    /// The envelope of curves that have a value at each time.
+    /// The envelope of curves; `None` if at some time none of them has a finite value.
     fn of_traces(times: Vec<f64>, traces: &[Vec<f64>]) -> Option<Envelope> {
         let mut envelope = Envelope { runs: traces.len() as u64, times, ..Envelope::default() };
         for place in 0..envelope.times.len() {

@@ -93,7 +93,7 @@ impl Comparison {
         }
     }
 
-    /// The value counted in a percentile for a run that lacks the figure: the worst possible one.
+    /// The value used in a percentile or mean for a run that lacks the figure: the worst possible one.
     fn worst(self) -> f64 {
         match self {
             Comparison::Less | Comparison::AtMost => f64::INFINITY,
@@ -109,17 +109,17 @@ pub(crate) const MOST_RUNS: usize = 10;
 /// The result of checking an expectation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
-    /// The first ten failing runs, each with the reason: first those without the figure, then those furthest beyond the
-    /// bound, last those that failed altogether. Empty if an expectation about all runs together is met.
+    /// At most ten runs that do not meet the bound, each with the reason: first those without the figure, then those
+    /// furthest beyond the bound, last those that ended with an error. Empty if the expectation is met.
     pub offending: Vec<(u64, String)>,
-    /// The number of failing runs.
+    /// The total number of such runs.
     pub count: usize,
     /// The problem, in a sentence; `None` if the expectation is met.
     pub problem: Option<String>,
-    /// The number of runs that meet an expectation about each run.
+    /// The number of runs that meet the bound; `None` for an expectation about all runs together.
     pub hits: Option<u64>,
-    /// For a percentile of samples, the 95 % confidence interval of the true percentile; infinite on a side with too
-    /// few runs.
+    /// For a percentile of independent samples, the 95 % confidence interval of the true percentile; infinite on a side
+    /// with too few runs.
     pub interval: Option<(f64, f64)>,
     /// Whether only part of the interval respects the bound.
     pub is_undecided: bool,
@@ -151,8 +151,8 @@ impl Expectation {
         read().with_context(|| format!("expectation {text:?}"))
     }
 
-    /// Checks the expectation. If the runs are independent samples of all possible machines, an expectation about a
-    /// percentile must hold for all of them at a confidence level of 95 %.
+    /// Checks the expectation. If `is_sample`, the runs are independent samples of a larger population of machines, and
+    /// an expectation about a percentile must hold for that population at a confidence level of 95 %.
     ///
     /// # Errors
     /// The results of a large study cannot be read.
@@ -205,7 +205,7 @@ impl Expectation {
             Of::Percentile(percent) => (format!("{} percentile", ordinal(percent)), percentile(&values, percent)),
             Of::Each => return,
         };
-        // A single missing value voids an equality.
+        // With `==`, no value is comparable if any run lacks the figure.
         let value = value.filter(|_| !(absent > 0 && self.comparison == Comparison::Equal));
         if results.count() == 0 {
             verdict.problem = Some(format!("{} has no {name}: there are no runs", figure.name));
@@ -304,7 +304,7 @@ fn unknown(name: &str, figures: &[Quantity]) -> anyhow::Error {
     anyhow::anyhow!("the study has no figure {name}; {}", instead(name, figures))
 }
 
-/// The figure most similar to a wrong name, or all of them, as the end of a message.
+/// The end of a message about a wrong name: suggests the most similar figure, or lists all figures.
 pub(crate) fn instead(name: &str, figures: &[Quantity]) -> String {
     let names = || figures.iter().map(|figure| figure.name.as_str());
     match near(name, names()) {
@@ -317,7 +317,7 @@ pub(crate) fn instead(name: &str, figures: &[Quantity]) -> String {
 fn bound(text: &str, figure: &Quantity) -> Result<f64> {
     let is_of_number = |letter: char| letter.is_ascii_digit() || "+-.".contains(letter);
     let mut end = text.find(|letter| !is_of_number(letter)).unwrap_or(text.len());
-    // An exponent, not the first letter of a unit.
+    // An `e` followed by digits is an exponent, not the first letter of a unit.
     if let Some(exponent) = text[end..].strip_prefix(['e', 'E'])
         && exponent.trim_start_matches(['+', '-']).starts_with(|letter: char| letter.is_ascii_digit())
     {

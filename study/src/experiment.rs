@@ -20,13 +20,13 @@ use std::hash::{DefaultHasher, Hasher};
 /// The number of rows that suffice for a picture of a run.
 const DRAWN: usize = 20_000;
 
-/// The number of values in a trace: one for every other pixel of a picture.
+/// The maximum number of values in a trace: one for every other pixel of a picture.
 const TRACED: usize = 331;
 
-/// The number of values per piece of a recording.
+/// The approximate number of values per piece of a recording.
 const PIECE: usize = 1 << 20;
 
-/// The detail with which a run is recorded.
+/// How many rows of a run are recorded.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub enum Detail {
     /// Every row.
@@ -73,7 +73,7 @@ pub struct Experiment {
     pub loops: Option<Loops>,
     axes: Axes,
     measures: Measures,
-    /// The position in the plan of each coordinate's value.
+    /// For each coordinate, where its value is in the plan.
     slots: Vec<Slot>,
     /// The same plan, which also records the variables that the system records.
     recording: Plan,
@@ -196,7 +196,8 @@ impl Experiment {
         self.axes.point(run)
     }
 
-    /// The times of the process value in a row; empty if it is unknown.
+    /// The times, in seconds, of the process values in a row with [`Gives::Trace`]; empty if the study does not know
+    /// its process value.
     pub fn trace_times(&self) -> Vec<f64> {
         let has_loop = self.signals.process_value.is_some();
         traced(self.plan.steps).filter(|_| has_loop).map(|step| self.plan.time(step)).collect()
@@ -245,9 +246,9 @@ fn recorded<'a>(names: impl Iterator<Item = &'a String>) -> Vec<Recorded> {
 #[derive(Debug)]
 pub struct Executor<C> {
     experiment: Experiment,
-    /// Runs with their used instances.
+    /// Finished runs, whose instances can be reset.
     runs: Vec<Run<C>>,
-    /// The traces of the last runs, in order.
+    /// The traces of the runs executed last, in order.
     traces: Vec<Traces>,
     /// Whether each run needs new instances, because reset ones compute different results.
     is_reset_wrong: bool,
@@ -319,8 +320,8 @@ impl<C: Reset> Executor<C> {
     }
 
     /// Executes the run of a point with new instances and records it: the signals of the loop, the variables from which
-    /// figures are taken, and those that the system records. `receive` is passed the recording in pieces. Returns the
-    /// figures, or `None` if an FMU ended the run.
+    /// figures are computed, and those that the system records. `receive` is passed the recording in pieces. Returns
+    /// the figures, or `None` if an FMU ended the run.
     ///
     /// # Errors
     /// An FMU rejects a call (the message contains the time), or `receive` fails.
@@ -353,7 +354,8 @@ impl<C: Reset> Executor<C> {
             |time, values| {
                 kept.push(time, values);
                 if let Some(before) = &before {
-                    // Figures refer to calls (see `master`): an output that is not connected appears in the next row.
+                    // Figures refer to calls (see `master`): here, the result of a call appears in the next row if no
+                    // output of its FMU is connected.
                     for (place, value) in places.iter().zip(&mut row) {
                         *value = if plan.columns[*place].is_unread { values[*place] } else { before[*place] };
                     }
@@ -430,7 +432,8 @@ impl<C: Reset> Executor<C> {
             let record = |column: usize, values: &[f64]| columns.push(column, values, traces);
             is_abreast = Run::steps_abreast(&mut runs, &experiment.plan, record)?;
             columns.finish(traces);
-            // The remaining steps are run one by one: a step at which something is set, or all of them.
+            // Steps that cannot be performed side by side: those up to the next setting, one at a time, or all that
+            // remain.
             for ((run, point), traces) in runs.iter_mut().zip(points).zip(&mut *traces) {
                 experiment.set(point);
                 let plan = &experiment.plan;

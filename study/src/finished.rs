@@ -1,4 +1,4 @@
-//! The results of a finished study in its folder: with `--resume`, its runs are not repeated.
+//! The results of a finished study in its folder, which `--resume` reads instead of repeating the runs.
 
 use super::hash;
 use super::output::{self, Format, Take};
@@ -36,8 +36,8 @@ struct Summary {
     table: RunsTable,
 }
 
-/// Reads the rows of a finished study one by one from its folder; returns `false` if there are no results. The table
-/// has this many coordinates and figures.
+/// Reads the rows of a finished study one by one from its folder; returns `false` if the folder has no results.
+/// `coordinates` and `figures` are the numbers of these columns in the table.
 ///
 /// # Errors
 /// The results belong to another study, or the table has changed since the study wrote it (the message names the

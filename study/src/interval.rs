@@ -1,7 +1,7 @@
 //! The precision of a percentile or a share: 95 % confidence intervals.
 //!
-//! They are valid for independent samples. A Latin hypercube or a Sobol sequence is more even, so that the true value
-//! is usually nearer.
+//! They are valid for independent samples. A Latin hypercube or a Sobol sequence covers the axes more evenly, so that
+//! estimates are usually more precise than the interval suggests.
 
 use libm::{exp, lgamma, log, log1p};
 
@@ -21,8 +21,8 @@ pub fn percentile(sorted: &[f64], percent: f64) -> Option<(f64, f64)> {
     Some((sorted[low? - 1], sorted[high? - 1]))
 }
 
-/// The confidence interval of a percentile, infinite on a side with too few values. `None` for percentile 0 and 100,
-/// and for no values.
+/// The confidence interval of a percentile, infinite on a side with too few values. `None` for the percentiles 0 and
+/// 100, or if there are no values.
 pub fn bounds(sorted: &[f64], percent: f64) -> Option<(f64, f64)> {
     let (low, high) = ranks(sorted.len(), percent / 100.0)?;
     Some((low.map_or(f64::NEG_INFINITY, |rank| sorted[rank - 1]), high.map_or(f64::INFINITY, |rank| sorted[rank - 1])))
@@ -41,7 +41,7 @@ fn ranks(count: usize, share: f64) -> Option<(Option<usize>, Option<usize>)> {
         return None;
     }
     let (size, deviation) = (count as f64, (count as f64 * share * (1.0 - share)).sqrt());
-    // Ranks further away have a negligible probability.
+    // Ranks further from the expected one have a negligible probability.
     let far = (12.0 * deviation + 40.0).ceil();
     let first = (size * share - far).max(0.0) as usize;
     let last = ((size * share + far) as usize).min(count);

@@ -3,7 +3,7 @@
 use run::system::{System, Value};
 use serde::{Deserialize, Serialize};
 
-/// A complete description of a study: apart from the paths of FMUs, it does not depend on the file it was read from.
+/// A complete description of a study. Apart from the FMUs, whose paths it contains, no other file is needed to run it.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Job {
@@ -23,13 +23,14 @@ pub struct Study {
     /// The rank correlations between distributions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub correlations: Vec<Correlation>,
-    /// The number of samples at each point of the grid, 1 to 10^9. All points have the same samples.
+    /// The number of samples of the distributions at each point of the grid, 1 to 10^9. The same samples are used at
+    /// every point.
     pub samples: u64,
     /// The seed of the samples.
     pub seed: u64,
     /// How the distributions are sampled.
     pub sampling: Sampling,
-    /// The variables that are the loop's signals; by default those of the first FMU's table.
+    /// The variables that are the loop's signals; those not specified are taken from the first FMU's dialog.
     pub signals: Signals,
     /// The part of a run in which figures are computed.
     pub window: Window,
@@ -37,7 +38,8 @@ pub struct Study {
     pub values: Vec<Taken>,
     /// Limits for variables.
     pub limits: Vec<Limit>,
-    /// The figure by which the summary selects curves and colours; by default `iae`, or else the first figure.
+    /// The figure by which the summary selects curves and colours points; by default `iae`, or the first figure if
+    /// there is no `iae`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub main: Option<String>,
 }
@@ -69,7 +71,7 @@ pub struct Correlation {
     pub rank: f64,
 }
 
-/// An axis: one varying value, or several values that vary together.
+/// An axis: one variable that varies, or several that vary together.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
@@ -78,7 +80,7 @@ pub struct Axis {
     /// The time at which they are set, in seconds; by default at the start, before initialization.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
-    /// Whether the values are factors for the loop's setting, or for the start value if there is none.
+    /// Whether the values are factors for the value that the loop sets, or for the start value if it sets none.
     #[serde(default)]
     pub relative: bool,
     /// Whether the values of a distribution are rounded to integers.
@@ -87,7 +89,7 @@ pub struct Axis {
     /// Axes in the same group vary together: all use their first values, then their second, and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
-    /// The names of the loops to which the values belong, one for each; may be empty.
+    /// The names of the loops to which the rows belong, one for each row; empty if they have none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub names: Vec<String>,
     /// The values.
@@ -114,9 +116,9 @@ pub enum Along {
     Rows(Vec<Vec<Value>>),
     /// `count` values from `from` to `to`, both included; part of the grid.
     Range {
-        /// The first.
+        /// The first value.
         from: f64,
-        /// The last.
+        /// The last value.
         to: f64,
         /// The number of values; at least 2.
         count: u64,
@@ -189,7 +191,7 @@ pub struct Signals {
     pub process_value: Option<String>,
     /// The manipulated value.
     pub manipulated_value: Option<String>,
-    /// Pulse outputs.
+    /// The pulse outputs of the controller.
     pub pulses: Option<Vec<String>>,
 }
 
@@ -203,17 +205,17 @@ pub struct Window {
     pub to: Option<f64>,
 }
 
-/// The values of a variable that become figures.
+/// A variable from whose values over a run figures are computed.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Taken {
     /// `FMU.VARIABLE`
     pub variable: String,
-    /// The values to take; the figures are named `FMU.VARIABLE.min` and so on.
+    /// What is computed; the figures are named `FMU.VARIABLE.min` and so on.
     pub take: Vec<Take>,
 }
 
-/// A value taken of a variable over the whole run.
+/// What is computed from the values of a variable in a whole run.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Take {
@@ -227,7 +229,8 @@ pub enum Take {
     Last,
 }
 
-/// The limits of a variable. The figure `FMU.VARIABLE.violation` is the time in seconds that it spends outside.
+/// The limits of a variable. The figure `FMU.VARIABLE.violation` is the time in seconds that the variable spends
+/// outside them.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {

@@ -18,7 +18,7 @@ struct Suite {
 /// A test case.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Its name.
+    /// Its name, such as the text of an expectation.
     pub name: String,
     /// The problem, in a sentence; `None` if the test has passed.
     pub problem: Option<String>,
@@ -26,8 +26,8 @@ pub struct Case {
     pub text: String,
 }
 
-/// Writes a test for each expectation, and one that checks that no run ends with an error. A failure lists the first ten runs that
-/// caused it, with their settings.
+/// Writes a test for each expectation, and one that checks that no run ends with an error. A failure lists the first
+/// ten runs that caused it, with their settings.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -36,7 +36,7 @@ pub fn write(path: &Path, report: &Report) -> Result<()> {
     place(path, &xml)
 }
 
-/// Writes a test suite.
+/// Writes a test suite of these cases.
 ///
 /// # Errors
 /// The file cannot be written.

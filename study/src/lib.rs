@@ -10,7 +10,7 @@
 //! study.json --bundle--------+--> Pool --points+-- worker process (FMUs) --+rows--> parts --> output: runs.parquet, runs.csv
 //! ```
 //!
-//! The main process loads no native code: a crash or an endless loop of an FMU costs one run.
+//! The main process loads no native code: a crash or an endless loop in an FMU costs one run.
 
 mod axes;
 pub mod bundle;
@@ -58,7 +58,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The job without anything that does not affect its result: locations of its parts in files, and remarks on these.
+/// The job reduced to what affects its result: without the file positions of its parts and remarks on the files.
 pub fn bare(job: &Job) -> Job {
     let mut job = job.clone();
     job.system.remarks.clear();
@@ -121,10 +121,10 @@ impl fmt::Display for Interrupted {
 
 impl Error for Interrupted {}
 
-/// Opens a study as named by the user: a study.toml, or the study.json of a bundle.
+/// Opens a study by its path: a study.toml, or the study.json of a bundle.
 ///
 /// # Errors
-/// The file is faulty; the message contains line and column.
+/// The file is faulty, or `fmus` is given for a bundle. For a study.toml, the message contains line and column.
 pub fn open(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<read::Reading> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
         ensure!(fmus.is_none(), "{} is a bundle, which has its own FMUs: omit --fmus", path.display());
@@ -133,8 +133,8 @@ pub fn open(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     read::read(path, fmus, parameters)
 }
 
-/// Removes the files of an older study from a folder, identified by name, and the folder itself if nothing else is in
-/// it.
+/// Removes the files of an older study, recognized by their names, from a folder, and the folder itself if it is then
+/// empty.
 ///
 /// # Errors
 /// A file cannot be removed.

@@ -38,7 +38,7 @@ struct Loop {
     process_value: usize,
     manipulated_value: Option<usize>,
     pulses: Vec<usize>,
-    /// The column of the manual mode switch, if it is connected or set during a run.
+    /// The column of the switch to manual mode, if the switch is connected or set during a run.
     manual: Option<usize>,
     /// The first step whose row contains the outputs of a call.
     first: usize,
@@ -47,13 +47,13 @@ struct Loop {
 /// The recording of a run, reused from run to run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Traces {
-    /// The start times of the steps, including those after the run.
+    /// The start times of the steps in seconds; after a shorter run, also those of the longest run so far.
     times: Vec<f64>,
     /// The recorded values, by column.
     pub columns: Vec<Vec<f64>>,
 }
 
-/// The most recent recorded steps of several runs side by side: for each column, step by step, one value per run.
+/// A buffer for the steps of several runs side by side: for each column, step by step, one value per run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Abreast(Vec<Vec<f64>>);
 
@@ -62,7 +62,7 @@ impl Abreast {
     #[inline]
     pub(crate) fn push(&mut self, column: usize, values: &[f64], traces: &mut [Traces]) {
         self.0[column].extend_from_slice(values);
-        // Keep only what fits into the cache.
+        // Keep the buffer small enough for the processor's cache.
         if self.0[column].len() >= 512 {
             self.give(column, traces);
         }
@@ -115,7 +115,7 @@ impl Take {
     }
 }
 
-/// The extreme value; NaN if any value is NaN.
+/// The value furthest in the direction of `is_beyond`; NaN if any value is NaN, `none` if there are no values.
 fn extreme(values: &[f64], none: f64, is_beyond: impl Fn(f64, f64) -> bool) -> f64 {
     let further = |extreme, value| if is_beyond(value, extreme) || value.is_nan() { value } else { extreme };
     values.iter().copied().fold(none, further)
@@ -178,7 +178,7 @@ impl Measures {
         Ok(measures)
     }
 
-    /// Adds the loop's figures, such as rise time and overshoot, if it has the signals.
+    /// Adds the loop's figures, such as rise time and overshoot, if its setpoint and process value are known.
     fn add_loop(&mut self, study: &Study, system: &System, columns: &mut Columns, roles: Option<&Roles>) -> Result<()> {
         let first = system.members.first().map_or("", |member| member.name.as_str());
         let signals = signals(&study.signals, first, roles);
@@ -254,7 +254,7 @@ impl Measures {
             manipulated_value: manipulated.map(|(column, _)| column),
             pulses,
             manual: manual.map(|(column, _)| column),
-            // If members act in parallel, the first row contains the outputs before the first call.
+            // With parallel exchange, the first row contains the outputs before the first call.
             first: usize::from(system.exchange == Exchange::Parallel),
         });
         self.signals = signals;
@@ -297,7 +297,7 @@ impl Measures {
         Abreast(vec![Vec::new(); self.columns.len()])
     }
 
-    /// Prepares the traces for a run.
+    /// Empties the traces before a run.
     pub(crate) fn begin(&self, traces: &mut Traces) {
         traces.columns.resize_with(self.columns.len(), Vec::new);
         traces.columns.iter_mut().for_each(Vec::clear);
@@ -342,7 +342,7 @@ impl Measures {
             let outside = columns[*column].iter().filter(|value| !within.contains(value)).count();
             all.push(outside as f64 * plan.step);
         }
-        // Platforms differ in the bits of NaN.
+        // Platforms differ in the bits of a computed NaN.
         all.iter_mut().filter(|figure| figure.is_nan()).for_each(|figure| *figure = f64::NAN);
         all
     }
@@ -350,7 +350,7 @@ impl Measures {
 
 /// The loop's signals: those given, else those according to the first member's roles.
 fn signals(given: &Signals, first: &str, roles: Option<&Roles>) -> Signals {
-    // The roles of a plant name its inputs and outputs, not the signals of a loop.
+    // Without a setpoint, the first member is a plant, whose roles are not the signals of a loop.
     let Some(roles) = roles.filter(|roles| roles.setpoint.is_some()) else { return given.clone() };
     let full = |name: &String| format!("{first}.{name}");
     let either = |given: &Option<String>, role: Option<&String>| given.clone().or_else(|| role.map(full));

@@ -26,10 +26,10 @@ use std::sync::Arc;
 /// The number of rows in a Parquet row group.
 const ROW_GROUP: u64 = 1 << 17;
 
-/// The number of CSV lines written from one piece of each column.
+/// The number of CSV lines written at a time, for which a piece of each column is read.
 const LINES: usize = 1 << 12;
 
-/// The column for the names of loops; names of coordinates contain a dot.
+/// The name of the column with loop names, distinct from those of coordinates, which contain a dot.
 const LOOP: &str = "loop";
 
 /// The format of the table.
@@ -52,7 +52,7 @@ impl Format {
     }
 }
 
-/// Writes the table to a temporary file next to it, which is then renamed.
+/// Writes the table at `path`, via a temporary file in the same folder that is then renamed.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -128,7 +128,7 @@ fn read_csv(from: File, coordinates: usize, figures: usize, each: &mut Take) -> 
 
 fn read_parquet(from: File, coordinates: usize, figures: usize, each: &mut Take) -> Result<()> {
     let reader = SerializedFileReader::new(from)?;
-    // The run number and, for a table of loops, the name.
+    // The number of columns before the coordinates: the run number and, for a table of loops, the name.
     let columns = reader.metadata().file_metadata().schema_descr().columns();
     let leading = if columns.get(1).is_some_and(|column| column.name() == LOOP) { 2 } else { 1 };
     let row = |row: &parquet::record::Row| RunResult {
@@ -209,7 +209,7 @@ fn write_loops(to: &mut ColumnWriter, loops: &Loops, runs: Range<u64>) -> Result
 /// Writes a range of rows of column `place`, not counting the column with loop names.
 fn write_column(to: &mut ColumnWriter, place: usize, results: &Results, runs: Range<u64>) -> Result<()> {
     let coordinates = results.coordinates.len();
-    // The definition levels, which mark null values, and the values that exist.
+    // Parquet expects the definition levels, which mark null values, and the values that are not null.
     match to {
         ColumnWriter::Int64ColumnWriter(to) => {
             let numbers = runs.map(i64::try_from).collect::<Result<Vec<_>, _>>()?;

@@ -1,8 +1,9 @@
-//! The rows of an unfinished study in files: runs contained in a part are not repeated.
+//! The rows of an unfinished study in files called parts. When the study is resumed, runs contained in a part are not
+//! repeated.
 //!
 //! A part is one file with the rows of consecutive runs: a line of text, a second line with a header in JSON, the rows
-//! in postcard format, and the SHA-256 hash of all that. Parts of a study can be computed on any machine; those in one
-//! folder may overlap.
+//! in postcard format, and the SHA-256 hash of everything before it. Parts of a study can be computed on any machine;
+//! their runs may overlap.
 
 use crate::Writer;
 use crate::results::RunResult;
@@ -28,7 +29,7 @@ const HASH: usize = 32;
 /// The size of the rows, in bytes, at which a part is written.
 const MOST_BYTES: u64 = 1 << 22;
 
-/// The maximum size of rows kept in memory, in bytes; more are kept in an unnamed file.
+/// The maximum size of rows kept in memory, in bytes; beyond it, all are kept in an unnamed file.
 const MOST_IN_MEMORY: usize = 1 << 23;
 
 /// The number of bytes of a part read at once.
@@ -45,7 +46,7 @@ struct Header {
     fingerprint: String,
     /// The first run.
     first: u64,
-    /// The end, exclusive.
+    /// The run after the last.
     end: u64,
 }
 
@@ -67,7 +68,7 @@ impl Rows {
     /// Appends a row.
     ///
     /// # Errors
-    /// The folder for temporary files is full.
+    /// The row cannot be written to the folder for temporary files, for instance because it is full.
     pub fn push(&mut self, row: &RunResult) -> Result<()> {
         let bytes = postcard::to_stdvec(row)?;
         self.encoded.write_all(&bytes).with_context(|| {
@@ -80,7 +81,7 @@ impl Rows {
     }
 }
 
-/// Writes a part to a temporary file next to it, which is then renamed.
+/// Writes a part at `path`, via a temporary file in the same folder that is then renamed. `first` is its first run.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -104,7 +105,7 @@ pub fn write(path: &Path, fingerprint: &str, first: u64, rows: &mut Rows) -> Res
     )
 }
 
-/// A writer that duplicates its input.
+/// A writer that passes its input to two others.
 struct Both<A, B>(A, B);
 
 impl<A: Write, B: Write> Write for Both<A, B> {
@@ -135,7 +136,7 @@ struct Encoded {
 }
 
 impl Encoded {
-    /// The next value, or `None` if the remaining bytes are incomplete.
+    /// The next value, or `None` if the remaining bytes are incomplete or invalid.
     fn next<T: DeserializeOwned>(&mut self) -> Result<Option<T>> {
         loop {
             match postcard::take_from_bytes(&self.piece[self.next..]) {
@@ -159,7 +160,7 @@ impl Encoded {
 /// Opens a part and reads it once to check that it is complete.
 ///
 /// # Errors
-/// It is damaged or belongs to another study; the message names the remedy.
+/// It cannot be read, is damaged or belongs to another study; for the last two, the message names the remedy.
 fn open(path: &Path, fingerprint: &str) -> Result<Part> {
     let shown = path.display();
     let unread = || format!("{shown} cannot be read");
@@ -242,7 +243,7 @@ impl Parts {
         self.files.is_empty()
     }
 
-    /// The runs below `count` that no part contains.
+    /// The runs of a study with `count` runs that no part contains.
     pub fn missing(&self, count: u64) -> Vec<Range<u64>> {
         let (mut missing, mut next) = (Vec::new(), 0);
         for (first, end) in self.files.keys() {
@@ -292,7 +293,7 @@ impl Parts {
         Ok(())
     }
 
-    /// Removes the parts, and their folder if nothing else is in it.
+    /// Deletes the files of the parts, and their folder if it is then empty.
     ///
     /// # Errors
     /// A part cannot be removed.
@@ -331,7 +332,7 @@ impl Collector<'_> {
         self.rows.push(row)
     }
 
-    /// Writes the collected rows if they are old enough.
+    /// Writes the collected rows if a part is due; to be called while waiting for rows.
     ///
     /// # Errors
     /// The part cannot be written.

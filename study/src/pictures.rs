@@ -23,13 +23,13 @@ const ENVELOPE: usize = 0;
 /// The palette index for the band in which a loop counts as settled: green.
 const SETTLED: usize = 2;
 
-/// Below this number of runs, percentiles are meaningless.
+/// The minimum number of runs for which a title names percentiles, and for which a tornado chart is drawn.
 const FEW_RUNS: usize = 20;
 
 /// The maximum number of bars in a tornado chart.
 const MOST_BARS: usize = 16;
 
-/// Correlations below this are not mentioned.
+/// The minimum magnitude of a correlation that a title mentions.
 const WEAK: f64 = 0.2;
 
 /// A quantity as an axis label: `settling in s`.
@@ -51,7 +51,7 @@ pub(crate) fn told_bare(of: &Distribution, value: f64) -> String {
     let at = |percent: f64| of.percentiles.iter().find(|(other, _)| *other == percent).map(|(_, value)| *value);
     let spread = at(95.0).zip(at(5.0)).map_or(0.0, |(high, low)| high - low);
     let spread = if spread > 0.0 { spread } else { of.max.zip(of.min).map_or(0.0, |(max, min)| max - min) };
-    // A difference beyond the ninth digit is rounding.
+    // A spread this small relative to the value is rounding.
     within(value, if spread < value.abs() * 1e-7 { 0.0 } else { spread })
 }
 
@@ -93,7 +93,7 @@ fn distributed(summary: &Summary, of: &Distribution, values: &[f64], sorted: &[f
             format!("{name} of {runs}: {} to {}", told_bare(of, *min), told(of, *max))
         }
         _ => {
-            // Not the share of runs beyond it: many runs may have exactly this value.
+            // The percentile itself, not the share of runs beyond it: many runs may have exactly this value.
             let (rank, tail) = if of.figure.is_lower_better() { ("95th", at(95.0)) } else { ("5th", at(5.0)) };
             format!("{name} of {runs}: median {}, {rank} percentile {}", told_bare(of, at(50.0)), told(of, tail))
         }
@@ -118,7 +118,7 @@ fn have(count: u64) -> String {
 pub struct Coordinate {
     /// Whether its axis is logarithmic: its values are spaced geometrically or have a log-normal distribution.
     pub is_logarithmic: bool,
-    /// Whether it has a list of values, not samples.
+    /// Whether it has a list or a range of values, not samples of a distribution.
     pub is_listed: bool,
 }
 
@@ -146,7 +146,7 @@ pub fn scatter(
         return Ok(None);
     }
     drop(sorted);
-    // One column at a time, since each is as long as the number of runs.
+    // Only one column is in memory at a time, since each has a value for every run.
     let mut points: Vec<(f64, f64, f64)> = values.iter().map(|value| (0.0, *value, *value)).collect();
     drop(values);
     points.iter_mut().zip(&*results.coordinate(first)?).for_each(|(point, x)| point.0 = *x);
@@ -218,7 +218,7 @@ pub fn tornado(results: &Results, summary: &Summary, figure: usize) -> Result<Op
     bars::tornado(&title, &format!("mean of {}", axis(&of.figure)), middle, &bars, halves)
 }
 
-/// A phrase about the coordinates with which a figure rises and falls.
+/// A phrase that names those of two coordinates with which a figure rises or falls.
 fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> String {
     let name = &of.figure.name;
     if let Some(constant) = constant(of) {
@@ -239,8 +239,9 @@ fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> St
     if text.is_empty() { format!("{name} neither rises nor falls with one setting alone") } else { text }
 }
 
-/// A phrase about the coordinate values at which a figure is best, as the mean of the runs there. `points` are the
-/// points of the scatter plot: the values of the first and, if there is one, the second coordinate, and the figure.
+/// A phrase that names the coordinate values at which a figure is best, averaged over the runs with these values.
+/// `points` are the points of the scatter plot: the values of the first and, if there is one, the second coordinate,
+/// and the figure. `None` if the figure has the same mean everywhere.
 fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &[(f64, f64, f64)]) -> Option<String> {
     let place = |run: u32| {
         let (x, y, _) = points[run as usize];

@@ -1,9 +1,8 @@
 //! A pool of worker processes that execute runs in parallel. Rows are delivered in the order of their points,
 //! regardless of the worker.
 //!
-//! A worker that crashes, or returns no row within the time limit, is replaced. Its current run is repeated once by a
-//! worker that keeps the output of FMUs; if that fails too, the run's row contains the reason, and the other runs
-//! continue.
+//! A worker that crashes, or whose run exceeds the time limit, is replaced. The run is repeated once by a worker that
+//! keeps the output of FMUs; if that worker fails too, the run's row contains the reason, and the other runs continue.
 
 use crate::Job;
 use crate::experiment::{Detail, Experiment, Gives};
@@ -22,14 +21,15 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The target duration of a chunk of runs: much longer than its messages take, and short enough for the last chunks to
-/// end together.
+/// The target duration of a chunk of runs: much longer than the exchange of its messages, and short enough that all
+/// workers finish at about the same time.
 const CHUNK: Duration = Duration::from_millis(300);
 
 /// The maximum number of runs in a chunk.
 const LARGEST_CHUNK: u64 = 1 << 16;
 
-/// The maximum number of values in rows that wait for an earlier row: 8 MB, and as much again for their containers.
+/// The approximate maximum number of values in rows that wait for an earlier row: 8 MB, and as much again for their
+/// containers.
 const MOST_WAITING: u64 = 1 << 20;
 
 /// How to execute runs.
@@ -43,7 +43,7 @@ pub struct Options {
     pub limit: Duration,
     /// Stops the pool when it becomes true.
     pub interrupted: Arc<AtomicBool>,
-    /// Whether each run needs new instances; if `None`, the first worker determines it.
+    /// Whether each run needs new instances; if `None`, the first worker finds out by [`Worker::check_reset`].
     pub renews: Option<bool>,
     /// Whether FMUs are called through their C interface even if their block is linked into this program.
     pub exact_door: bool,
@@ -71,7 +71,7 @@ pub trait Sink {
     /// Receives the next row, with its number.
     ///
     /// # Errors
-    /// It cannot be stored: no more runs are executed.
+    /// The row cannot be stored. No more runs are then executed.
     fn row(&mut self, number: u64, row: RunResult) -> Result<()>;
 
     /// Called when no row has arrived for a while.
@@ -102,7 +102,8 @@ pub struct Pool {
     tables: Vec<Option<Table>>,
     starter: Starter,
     slots: Vec<Slot>,
-    /// How the first FMU that printed something ended, with the index of its run.
+    /// For the first run whose FMU crashed or was stopped after printing something: its index, and the message with the
+    /// output.
     printed: Mutex<Option<(u64, String)>>,
 }
 
@@ -110,13 +111,14 @@ pub struct Pool {
 #[derive(Debug, Default)]
 struct Slot {
     worker: Option<Worker>,
-    /// The duration of a run, if known.
+    /// The mean duration of a run in the last chunk, if known.
     run: Option<Duration>,
 }
 
 impl Pool {
-    /// Starts the first worker, which checks the job, and whether reset instances compute the same results as new ones:
-    /// if not, a warning is added to the experiment and each run uses new instances. The other workers start on demand.
+    /// Starts the first worker, which checks the job and, unless [`Options::renews`] is given, whether reset instances
+    /// compute the same results as new ones; if not, a warning is added to the experiment and each run uses new
+    /// instances. The other workers start on demand.
     ///
     /// # Errors
     /// The job or an FMU is faulty.
@@ -148,7 +150,8 @@ impl Pool {
                 experiment.warnings.extend(warning);
                 slots[0].worker = Some(worker);
             }
-            // The outcome is unknown. Unless the user interrupted, the runs will show the reason.
+            // The worker ended before the outcome was known. Unless the user interrupted, the runs will show the
+            // reason.
             Err(_) => starter.renews = true,
         }
         Ok(Pool { experiment, tables, starter, slots, printed: Mutex::default() })
@@ -169,7 +172,7 @@ impl Pool {
         self.starter.renews
     }
 
-    /// How an FMU crashed or was stopped, and its last output; `None` if that did not happen.
+    /// How an FMU crashed or was stopped, with its last output; `None` if none did so after printing something.
     pub fn printed(&self) -> Option<String> {
         let printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
         printed.as_ref().map(|(_, text)| text.clone())
@@ -181,7 +184,7 @@ impl Pool {
     }
 
     /// Executes `count` runs. `point` returns the point of each by its 0-based index; `each` receives the rows in
-    /// order. After an interruption, it receives those that exist, with gaps.
+    /// order. After an interruption, it receives the rows that exist, with gaps.
     ///
     /// # Errors
     /// A worker cannot be started, or `each` fails.
@@ -291,7 +294,7 @@ struct Batch {
 }
 
 impl Batch {
-    /// Passes the rows to a sink. Returns the index of the run after the last.
+    /// Passes the rows to a sink. Returns the index of the run after the last one.
     fn hand_on(self, sink: &mut dyn Sink) -> Result<u64> {
         let mut number = self.first;
         for row in self.rows {
@@ -325,7 +328,8 @@ impl Shared {
         self.next.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes the next chunk, of about `wanted` runs. Blocks while too many rows wait for an earlier one.
+    /// Takes the next chunk, of at most `wanted` runs. Blocks while too many rows wait for an earlier one. `None` if
+    /// there are no more runs or the pool stops.
     fn take(&self, wanted: u64, interrupted: &AtomicBool) -> Option<std::ops::Range<u64>> {
         let mut next = self.next();
         loop {
@@ -373,14 +377,14 @@ fn deliver(batches: &Receiver<Result<Batch>>, shared: &Shared, sink: &mut dyn Si
             Err(RecvTimeoutError::Disconnected) => break,
         }
     }
-    // Only after an interruption.
+    // Rows are left only after an interruption.
     for batch in waiting.into_values() {
         batch.hand_on(sink)?;
     }
     Ok(())
 }
 
-/// Executes runs with one worker after another.
+/// Executes runs with a worker, and with a new one whenever the last one ended.
 struct Maker<'a> {
     starter: &'a Starter,
     slot: &'a mut Slot,
@@ -421,7 +425,8 @@ impl Maker<'_> {
             if end == End::Interrupted {
                 return Ok(false);
             }
-            // It is not known exactly which run failed: a few rows may not have been sent.
+            // Which run failed is not known exactly: the worker may not have sent its last few rows. The runs that may
+            // be concerned are repeated by a worker that sends each row immediately.
             let lost = self.slot.run.map_or(64, |run| (2 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
             let rest = points.split_off(usize::try_from(lost).unwrap_or(usize::MAX).min(points.len()));
             let mut listening = self.starter.start(true)?.0;
@@ -441,7 +446,7 @@ impl Maker<'_> {
         Ok(true)
     }
 
-    /// Keeps the output printed by an FMU. It is not part of the run's row, whose bytes must be reproducible.
+    /// Keeps what an FMU printed, for [`Pool::printed`]; not in the run's row, whose bytes must be reproducible.
     fn keep_printed(&self, run: u64, worker: &Worker, end: &End) {
         let lines = worker.printed();
         let mut printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
@@ -455,7 +460,7 @@ impl Maker<'_> {
 fn hand_in(sender: &Sender<Result<Batch>>, next: &mut u64, rows: Vec<RunResult>) {
     let first = *next;
     *next += rows.len() as u64;
-    // If the receiver is gone, an error has already occurred, which stops the others.
+    // If the receiver is gone, an error has already occurred, which also stops the other workers.
     let _ = sender.send(Ok(Batch { first, rows }));
 }
 

@@ -10,7 +10,7 @@ use run::master::Recording;
 use run::subject::Subject;
 use std::time::{Duration, Instant};
 
-/// The time allowed for unpacking FMUs, in addition to the limit: the machine is busy with the other workers.
+/// The time allowed for unpacking FMUs beyond the limit for a run, since other workers may keep the machine busy.
 const LOADING: Duration = Duration::from_secs(60);
 
 /// The parameters for starting workers.
@@ -29,13 +29,13 @@ pub struct Starter {
 }
 
 impl Starter {
-    /// Starts a worker, and waits until it has loaded the FMUs. If it `listens`, the output of the FMUs is kept and
-    /// each row is sent immediately.
+    /// Starts a worker, and waits until it has loaded the FMUs. If `listens`, the output of the FMUs is kept and the
+    /// worker sends each row immediately.
     ///
     /// # Errors
     /// The job or an FMU is faulty.
     pub fn start(&self, listens: bool) -> Result<(Worker, Ready)> {
-        // The output of FMUs over thousands of runs is useless, unless one crashes.
+        // What FMUs print in thousands of runs is of no use unless one of them crashes.
         let mut worker = Worker(self.child.start(ROLE, if listens { Prints::Kept } else { Prints::Dropped })?);
         let Starter { renews, exact_door, .. } = *self;
         worker.0.send(&WorkerRequest::Begin { job: self.job.clone(), is_prompt: listens, renews, exact_door });
@@ -62,7 +62,7 @@ impl Starter {
 /// The recording of a run, and its figures unless an FMU ended it.
 pub type Curve = (Recording, Option<Vec<f64>>);
 
-/// A worker process. It ends when this is dropped.
+/// A worker process, which ends when this value is dropped.
 #[derive(Debug)]
 pub struct Worker(Process);
 
@@ -82,8 +82,8 @@ impl Worker {
         self.0.witness.member().and_then(|at| starter.members.get(at)).map(String::as_str)
     }
 
-    /// Executes runs. `each` receives the rows; their points are removed from `points`. If the process ended before all
-    /// rows were complete, returns the reason.
+    /// Executes runs. `each` receives the rows; their points are removed from `points`. Returns the reason if the
+    /// process ended before all rows had arrived.
     pub fn rows(
         &mut self,
         points: &mut Vec<Vec<f64>>,
@@ -139,7 +139,7 @@ impl Worker {
         }
     }
 
-    /// The last output lines of the FMUs in a terminated process that was started to listen.
+    /// The last lines printed by the FMUs in a process that has ended; empty unless it was started with `listens`.
     pub fn printed(&self) -> Vec<String> {
         self.0.printed()
     }

@@ -1,4 +1,5 @@
-//! The setup of a study, for its page and `summary.json`: the loop, its FMUs, and the properties common to all runs.
+//! The setup of a study, for `summary.html` and `summary.json`: the loop, its FMUs, and the properties common to all
+//! runs.
 
 use crate::experiment::Experiment;
 use crate::hash;
@@ -26,10 +27,10 @@ pub struct Ran {
     pub step: f64,
     /// The FMUs.
     pub fmus: Vec<RanFmu>,
-    /// The folder of the FMUs, relative to the folder of the study's file, if one was given.
+    /// The folder of the FMUs, relative to the folder of the study's file, if one was given with `--fmus`.
     #[serde(skip)]
     pub folder: Option<String>,
-    /// The settings at the start, except those of axes.
+    /// The settings at the start, except those that axes vary.
     pub settings: Vec<Set>,
     /// The settings at later times.
     pub events: Vec<Set>,
@@ -67,7 +68,7 @@ pub struct Set {
 }
 
 impl Ran {
-    /// Collects the properties of a study that was read.
+    /// Collects the properties common to all runs of a study.
     ///
     /// # Errors
     /// An FMU cannot be read.

@@ -44,18 +44,19 @@ pub struct Reading {
     pub description: String,
     /// The job to run.
     pub job: Job,
-    /// The folder of the FMUs, relative to the folder of the file, if one was given.
+    /// The folder of the FMUs, relative to the folder of the file, if one was given with `--fmus`.
     pub fmus: Option<String>,
     /// The axes whose rows were read from a file, by index.
     pub tables: Vec<(usize, Rows)>,
-    /// Whether each run needs new instances; unknown for a file written by a user.
+    /// Whether each run needs new instances; known only for a bundle.
     pub renews: Option<bool>,
     /// The file, for the locations of errors; `None` for a bundle.
     pub source: Option<Source>,
 }
 
 impl Reading {
-    /// Prefixes an error with the location of its subject, or with the name of the file if that is unknown.
+    /// Prefixes an error with the location of its subject in the file, or with the file's name if the location is
+    /// unknown.
     pub fn located(&self, error: Error, path: &Path) -> Error {
         let Some(source) = &self.source else { return error.context(path.display().to_string()) };
         located(source, &self.tables, error)
@@ -91,7 +92,7 @@ fn located(source: &Source, tables: &[(usize, Rows)], mut error: Error) -> Error
         keys.splice(2.., ["file".into()]);
         error = error.context(rows.path.display().to_string());
     }
-    // Any other problem is in the loop.
+    // A subject that the file does not contain is in the loop.
     let place = file::find(source, &keys).or_else(|| file::find(source, &["loop".into()]));
     error.context(place.map_or_else(|| source.file.clone(), |place| place.to_string()))
 }
@@ -158,7 +159,7 @@ struct AxisOf {
 }
 
 impl AxisOf {
-    /// The keys of its values, except lists, with their tables.
+    /// The keys that specify its values by a table, with these tables.
     fn tables(&self) -> Vec<(&'static str, &Spanned<Table>)> {
         let tables = [
             ("range", &self.range),
@@ -230,7 +231,7 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
         limits: content.limits.into_iter().map(Spanned::into_inner).collect(),
         main: content.main.map(Spanned::into_inner),
     };
-    // Must happen before the numbers are written as JSON, which has no NaN.
+    // Check before the numbers are written as JSON, which has no NaN.
     study.check().map_err(|error| located(reader.source(), &tables, error))?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let description = content.description.map(Spanned::into_inner).unwrap_or_default();
@@ -240,8 +241,8 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     Ok(Reading { name, description, fmus, job: Job { system, study }, tables, renews: None, source })
 }
 
-/// A path relative to a folder, so that it is the same on each machine with the same relative layout. Unchanged if
-/// either does not exist, or if they have no common parent.
+/// A path relative to a folder, so that the result is the same on each machine with the same relative layout. The path
+/// is unchanged if it or the folder does not exist, or if they have no common parent.
 fn relative(path: &Path, folder: &Path) -> String {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let from_folder = || {
@@ -284,7 +285,7 @@ fn correlation(reader: &Reader, of: &CorrelationOf) -> Result<Correlation> {
     Ok(Correlation { variables: pair, rank: of.rank })
 }
 
-/// Replaces settings of the same variable and time, or adds them.
+/// Adds settings, which replace those of the same variable and time, except values from parameter files.
 fn replace(settings: &mut Vec<Setting>, by: Vec<Setting>) {
     let is_replaced = |of: &Setting| {
         by.iter().any(|other| !of.is_preliminary && of.variable == other.variable && of.time == other.time)

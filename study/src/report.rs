@@ -1,5 +1,5 @@
-//! Writes the results of a study: a page, a JSON file, pictures, and the text that the command prints. None of it
-//! depends on when or where the runs were executed, so that the same study yields the same bytes everywhere.
+//! Renders the results of a study: an HTML page, a JSON file, pictures, and the text that the command prints. None of
+//! these depends on when or where the runs were executed, so that the same study yields the same bytes everywhere.
 
 mod what;
 
@@ -33,7 +33,8 @@ use std::path::Path;
 use std::thread;
 use what::{AxisPart, RanPart, axis_part, correlation_text, is_sampled};
 
-/// The number of runs shown for figures other than the main one.
+/// The number of worst runs shown for figures other than the main one, and of runs listed with a failure or a missing
+/// figure.
 const FEW_RUNS: usize = 3;
 
 /// The contents of a report.
@@ -45,7 +46,7 @@ pub struct Report<'a> {
     pub job: &'a Job,
     /// The fingerprint of everything that the results depend on, from [`fingerprint`](super::fingerprint).
     pub fingerprint: &'a str,
-    /// The table with the runs.
+    /// The file with the table of runs.
     pub table: &'a RunsTable,
     /// The properties common to all runs.
     pub ran: &'a Ran,
@@ -57,18 +58,19 @@ pub struct Report<'a> {
     pub results: &'a Results,
     /// The summary of the results.
     pub summary: &'a Summary,
-    /// The index of the main figure's column, from [`main_figure`].
+    /// The index of the main figure among the figures, from [`main_figure`].
     pub main: Option<usize>,
     /// The expectations, with their verdicts.
     pub verdicts: &'a [(Expectation, Verdict)],
-    /// The curves of runs, by index; includes at least those of [`curves_wanted`].
+    /// The recordings of runs, each with the index of its run: at least those of [`curves_wanted`] that could be
+    /// recorded.
     pub curves: &'a [(u64, Recording)],
-    /// The envelope of most runs, if known.
+    /// The envelope of the process value, if there is one.
     pub envelope: Option<&'a Envelope>,
 }
 
-/// The figure used for selecting curves and colouring points: the study's choice, else `iae`, else the first. `None` if
-/// there are no figures.
+/// The index of the figure used for selecting curves and colouring points: the one chosen by the study, else `iae`,
+/// else the first. `None` if there are no figures.
 ///
 /// # Errors
 /// The figure chosen by the study does not exist.
@@ -94,7 +96,7 @@ pub fn curves_wanted(summary: &Summary, main: Option<usize>) -> Vec<u64> {
     wanted
 }
 
-/// The runs of a distribution that the report names.
+/// The runs whose curves are drawn, each with its word: the worst, the median and the best; some may be the same run.
 fn chosen(of: &Distribution) -> Vec<(&'static str, u64)> {
     let named = [("worst", of.worst.first().copied()), ("median", of.middle), ("best", of.best)];
     named.into_iter().filter_map(|(name, run)| Some((name, run?))).collect()
@@ -134,13 +136,13 @@ fn drawn(pictures: &[Picture]) -> Vec<Result<Vec<u8>>> {
 struct Picture {
     /// Its file name without extension.
     name: String,
-    /// The figure whose distribution it shows.
+    /// For a histogram, the index of its figure.
     figure: Option<usize>,
     svg: String,
 }
 
-/// All pictures that can be drawn: the curves and the scatter plot of the main figure, then the histograms. Also a
-/// sentence for each one that cannot.
+/// All pictures that can be drawn: curves, tornado chart and scatter plot of the main figure, then the histograms. Also
+/// a sentence for each picture that cannot be drawn.
 fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
     let mut drawn: Vec<(String, Option<usize>, Result<Option<String>>)> = Vec::new();
     if let Some(main) = report.main {
@@ -200,7 +202,7 @@ fn limits(report: &Report, figure: usize) -> Vec<Mark> {
     own.map(|(of, _)| Mark { at: of.bound, text: of.text.clone(), is_limit: true }).collect()
 }
 
-/// How the coordinates are drawn as axes.
+/// How each coordinate is drawn as an axis.
 fn coordinates(report: &Report) -> Vec<Coordinate> {
     let has_ratios = |along: &Along| matches!(along, Along::Range { logarithmic: true, .. } | Along::LogNormal { .. });
     let coordinate = |of: &Quantity| {
@@ -230,12 +232,13 @@ pub(crate) fn printable(text: &str) -> String {
     text.chars().map(|letter| if is_forbidden(letter) { '\u{fffd}' } else { letter }).collect()
 }
 
-/// A string as displayed on the page, with units such as °C, as in the pictures.
+/// A string as displayed on the page: without forbidden control characters, and with units as in the pictures, such as
+/// °C.
 fn seen(text: &str) -> String {
     printable(&units::shown(text))
 }
 
-/// The first ten of `count` runs, each with a remark and its settings.
+/// A list of at most ten runs, each with a remark and its settings; `count` is the total number of runs.
 pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item = (u64, String)>) -> Result<String> {
     let mut text = String::new();
     for (run, reason) in runs.take(MOST_RUNS) {
@@ -265,7 +268,7 @@ fn settings(results: &Results, run: u64) -> Result<String> {
     Ok(results.coordinates.iter().zip(results.point(run)?).map(setting).collect::<Vec<_>>().join(", "))
 }
 
-/// A list of runs by number: `run 1`, `runs 1, 2, 3 and 7 more`.
+/// Names the given runs of `count` in total: `run 1`, `runs 1, 2, 3 and 7 more`.
 fn numbers(runs: &[u64], count: u64) -> String {
     let named = runs.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
     let run = if count == 1 { "run" } else { "runs" };
@@ -276,7 +279,7 @@ fn numbers(runs: &[u64], count: u64) -> String {
 }
 
 impl Report<'_> {
-    /// The share of runs that meet a condition.
+    /// The share of `hits` among all runs, with a confidence interval if the runs are independent samples.
     fn share(&self, of: &str, hits: u64) -> Yield {
         let runs = self.summary.runs;
         let interval = if self.job.study.is_independent() { interval::share(hits, runs) } else { None };
@@ -288,7 +291,7 @@ impl Report<'_> {
         Ok(self.results.figures_of(run)?[figure])
     }
 
-    /// The shares of runs whose variables stay within their limits.
+    /// For each variable with limits, the share of runs in which it stays within them.
     fn yields(&self) -> Result<Vec<Yield>> {
         let figures = self.results.figures.iter().enumerate();
         let of = figures.filter_map(|(column, of)| match &of.of {
@@ -302,7 +305,8 @@ impl Report<'_> {
         .collect()
     }
 
-    /// The Sobol indices of a figure for each axis with a distribution; `None` if the study is not sampled for them.
+    /// The Sobol indices of a figure for each axis with a distribution; `None` if the study is not sampled for them, or
+    /// if [`sobol::indices`] cannot compute them.
     fn indices(&self, figure: usize) -> Result<Option<Vec<(String, Index)>>> {
         let study = &self.job.study;
         if study.sampling != Sampling::Saltelli {
@@ -415,8 +419,8 @@ fn shorter(one: String, other: String) -> String {
     if other.len() < one.len() { other } else { one }
 }
 
-/// Sentences about runs that lack a figure although they did not fail, and runs in which it is infinite: both are
-/// excluded from the statistics.
+/// Sentences about the runs that lack a figure although they did not fail, and about those in which the figure is
+/// infinite: neither are included in the statistics.
 fn absent_texts(report: &Report, column: usize) -> Result<Vec<String>> {
     let (summary, of) = (report.summary, &report.summary.figures[column]);
     let values = report.results.figure(column)?;
@@ -446,13 +450,15 @@ impl<T: Serialize> Serialize for Pairs<T> {
 /// The share of runs that meet a condition.
 #[derive(Debug, Serialize)]
 struct Yield {
+    /// The condition, as displayed.
     #[serde(skip)]
     of: String,
     /// The number of these runs.
     hits: u64,
     /// Their share of all runs, from 0 to 1.
     share: f64,
-    /// The 95 % confidence interval of the share among all machines; only for independent samples.
+    /// The 95 % confidence interval of the share in the population from which the runs were sampled; only for
+    /// independent samples.
     interval: Option<(f64, f64)>,
 }
 
@@ -490,7 +496,7 @@ struct Document<'a> {
     main: Option<&'a str>,
     figures: Vec<FigureDocument<'a>>,
     expectations: Vec<ExpectationDocument<'a>>,
-    /// The shares of runs whose variable stays within its limits.
+    /// For each variable with limits, the share of runs in which it stays within them.
     limits: Vec<Yield>,
 }
 
@@ -498,11 +504,12 @@ struct Document<'a> {
 struct FigureDocument<'a> {
     name: &'a str,
     unit: Option<&'a str>,
-    /// The number of runs that have it.
+    /// The number of runs with a finite value.
     count: u64,
     min: Option<f64>,
     percentiles: Pairs<f64>,
-    /// The 95 % confidence intervals of the percentiles among all machines; only for independent samples.
+    /// The 95 % confidence intervals of the percentiles of the population from which the runs were sampled; only for
+    /// independent samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     intervals: Option<Pairs<Option<(f64, f64)>>>,
     max: Option<f64>,
@@ -516,7 +523,7 @@ struct FigureDocument<'a> {
     best: Option<RunDocument>,
     median: Option<RunDocument>,
     worst: Vec<RunDocument>,
-    /// The runs that lack it although they did not fail.
+    /// The first runs that lack the figure although they did not fail.
     absent: &'a [u64],
 }
 
@@ -531,7 +538,7 @@ struct RunDocument {
 struct ExpectationDocument<'a> {
     expectation: &'a str,
     met: bool,
-    /// Whether there are too few runs to decide.
+    /// Whether there are too few runs to decide whether it is met.
     undecided: bool,
     /// The confidence interval of a percentile of samples; null for an end with too few runs.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -540,9 +547,9 @@ struct ExpectationDocument<'a> {
     /// The share of runs that meet it, if it is about each run.
     #[serde(flatten)]
     share: Option<Yield>,
-    /// The number of runs that fail it.
+    /// The number of runs that do not meet it.
     count: usize,
-    /// The first of these runs.
+    /// At most ten of these runs.
     runs: Vec<OffendingDocument>,
 }
 
@@ -632,13 +639,13 @@ fn json(report: &Report) -> Result<String> {
 #[template(path = "summary.html")]
 struct Page<'a> {
     name: String,
-    /// The number of runs, and of failed ones.
+    /// A sentence with the number of runs and of failed runs.
     about: String,
     expectations: Vec<ExpectationPart>,
     /// The SVG drawings of the main figure.
     pictures: Vec<&'a str>,
     main: Option<String>,
-    /// A sentence if it has the same value in all runs.
+    /// A sentence if the main figure has the same value in all runs.
     constant: Option<String>,
     axes: Vec<AxisPart>,
     /// The correlations between axes.
@@ -653,10 +660,10 @@ struct Page<'a> {
     intervals: Vec<(String, [String; 3])>,
     /// Whether the shares have confidence intervals.
     is_independent: bool,
-    /// The axes with Sobol indices and, for each figure, the indices for each axis.
+    /// The names of the axes with Sobol indices, and for each figure a row with the indices of these axes.
     index_names: Vec<String>,
     indices: Vec<IndexRow>,
-    /// Whether there is any rank correlation.
+    /// Whether any figure has a rank correlation with a coordinate.
     has_influence: bool,
     failures: Vec<(String, String)>,
     ran: RanPart<'a>,
@@ -776,10 +783,11 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
     Ok(page.render()?)
 }
 
-/// Shown instead of an interval.
+/// Shown instead of a confidence interval.
 const TOO_FEW: &str = "too few runs";
 
-/// For each figure, the intervals of the percentiles 5, 50 and 95.
+/// For each figure, the confidence intervals of the percentiles 5, 50 and 95; empty unless the runs are independent
+/// samples.
 fn intervals(report: &Report) -> Vec<(String, [String; 3])> {
     let row = |of: &Distribution| {
         let cells = interval_cells(of).map(|cell| cell.unwrap_or_else(|| TOO_FEW.into()));
@@ -789,12 +797,12 @@ fn intervals(report: &Report) -> Vec<(String, [String; 3])> {
     if report.job.study.is_independent() { figures.map(row).collect() } else { Vec::new() }
 }
 
-/// The intervals of the percentiles 5, 50 and 95; `None` for those with too few runs.
+/// The confidence intervals of the percentiles 5, 50 and 95; `None` for those with too few runs.
 fn interval_cells(of: &Distribution) -> [Option<String>; 3] {
     [5.0, 50.0, 95.0].map(|wanted| {
         let place = PERCENTS.iter().position(|percent| *percent == wanted)?;
         let (low, high) = (*of.intervals.get(place)?)?;
-        // Rounded by the figure's spread, both ends might become the same number.
+        // Round by the width of the interval: rounded by the figure's spread, both ends might become the same number.
         let ends = [low, high].map(|end| shorter(within(end, high - low), short(end)));
         let ends = if ends[0] == ends[1] { [low, high].map(|end| within(end, high - low)) } else { ends };
         Some(ends.join(" to "))

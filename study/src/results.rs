@@ -16,7 +16,7 @@ pub struct Quantity {
     pub name: String,
     /// Its unit, if it has one.
     pub unit: Option<String>,
-    /// For a figure of a single variable: the variable, and what the figure measures about it.
+    /// For a figure of a single variable: the variable, and the aspect of it that the figure measures.
     #[serde(skip)]
     pub of: Option<(String, Aspect)>,
 }
@@ -24,7 +24,7 @@ pub struct Quantity {
 /// What a figure measures about a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aspect {
-    /// A value taken over the run.
+    /// Its minimum, maximum, mean or last value in the run.
     Taken(Take),
     /// The time outside its limits.
     Violation,
@@ -36,7 +36,7 @@ impl Quantity {
         Quantity { name: name.into(), unit: unit.map(Into::into), of: None }
     }
 
-    /// Whether low values of the figure are better, as for all loop figures.
+    /// Whether low values of the figure count as better: true except for the minimum of a variable.
     pub fn is_lower_better(&self) -> bool {
         !matches!(self.of, Some((_, Aspect::Taken(Take::Min))))
     }
@@ -67,11 +67,11 @@ impl Loops {
     }
 }
 
-/// The maximum number of values kept in memory: 2 MB, and up to as much again for spare capacity.
+/// The approximate maximum number of values kept in memory: 2 MB, and up to as much again for spare capacity.
 const MOST_VALUES: usize = 1 << 18;
 
-/// The rows of all runs, in order. Those of a large study are in an unnamed file, from which a whole column is read on
-/// demand: request it once, not for each run.
+/// The rows of all runs, in order. Those of a large study are in an unnamed file, from which each access reads: request
+/// a whole column once rather than a value for each run.
 #[derive(Debug)]
 pub struct Results {
     /// The coordinates.
@@ -93,13 +93,13 @@ impl Results {
         Results { coordinates, figures, columns, loops: None, errors: BTreeMap::new() }
     }
 
-    /// Keeps the file in this folder instead of the one for temporary files, which may be small or in memory. The
-    /// results must be empty.
+    /// Keeps the file of a large study in `folder` instead of the folder for temporary files, which may be small or in
+    /// memory. The results must still be empty.
     pub fn kept_in(self, folder: &Path) -> Results {
         self.within(MOST_VALUES, folder)
     }
 
-    /// Keeps at most about this many values in memory. The results must be empty.
+    /// Keeps at most about `most` values in memory, the others in a file in `folder`. The results must still be empty.
     pub(crate) fn within(self, most: usize, folder: &Path) -> Results {
         Results { columns: Columns::new(self.width(), most, folder), ..self }
     }
@@ -112,7 +112,7 @@ impl Results {
     /// Appends the next run.
     ///
     /// # Errors
-    /// The folder for temporary files is full.
+    /// The file cannot be written, for instance because the disk is full.
     ///
     /// # Panics
     /// The number of values in the point or the row differs from the number of columns.

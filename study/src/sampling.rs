@@ -1,4 +1,5 @@
-//! The samples of the distributions: a function only of the seed, the axis and the sample index.
+//! The samples of the distributions. Each is computed from the seed, the axis, the sample index and the numbers of
+//! samples and axes alone.
 //!
 //! - Random: the samples of an axis are words of a ChaCha8 key stream, with a key derived from seed and axis; the
 //!   sample index is the position in the stream. An axis appended after the others does not change their samples.
@@ -7,9 +8,10 @@
 //!   cycle walking (J. Black, P. Rogaway, "Ciphers with Arbitrary Finite Domains", CT-RSA 2002): nothing is stored, and
 //!   any sample is computed independently.
 //! - Sobol: the sequence of the crate `sobol_burley` with Owen scrambling (B. Burley, "Practical Hash-based Owen
-//!   Scrambling", Journal of Computer Graphics Techniques 9, 2020); its first 2^16 samples in up to 256 dimensions.
-//! - Saltelli: this sequence with two dimensions, A and B, for each axis; each sample has the runs listed in
-//!   [`crate::sobol`].
+//!   Scrambling", Journal of Computer Graphics Techniques 9, 2020); limited to the first 2^16 samples and to 256
+//!   dimensions.
+//! - Saltelli: the same Sobol sequence with two dimensions, A and B, for each axis; each of its points yields the runs
+//!   listed in [`crate::sobol`].
 
 use crate::Sampling;
 use crate::sobol::runs_of_sample;
@@ -20,10 +22,10 @@ use chacha20::rand_core::{Rng, SeedableRng};
 pub const SOBOL_SAMPLES: u64 = 1 << 16;
 /// The maximum number of axes in a Sobol sequence.
 pub const SOBOL_AXES: usize = sobol_burley::NUM_DIMENSIONS as usize;
-/// The lowest probability, and the smallest distance from 1.
+/// The lowest probability of a sample, and its smallest distance from 1.
 pub const LEAST_PROBABILITY: f64 = f64::EPSILON / 2.0;
 
-/// The purpose of a key stream.
+/// The purpose of a key stream, which is part of its key.
 #[derive(Clone, Copy)]
 enum Use {
     /// The random part of a sample.
@@ -34,7 +36,7 @@ enum Use {
     Scrambling = 2,
 }
 
-/// Computes the probabilities whose quantiles are the samples.
+/// Computes the probabilities from which the samples are derived as quantiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampler {
     seed: u64,
@@ -66,8 +68,8 @@ impl Sampler {
         Sampler { seed, samples, method }
     }
 
-    /// The probability of a sample on an axis, from [`LEAST_PROBABILITY`] to 1 - `LEAST_PROBABILITY`. Only axes with a
-    /// distribution are counted.
+    /// The probability of a sample on an axis, from [`LEAST_PROBABILITY`] to 1 - `LEAST_PROBABILITY`. `axis` counts
+    /// only the axes with a distribution, from 0.
     ///
     /// # Panics
     /// The sample or axis does not exist.
@@ -103,7 +105,7 @@ fn sobol(seed: u32, sample: u64, dimension: usize) -> f64 {
     f64::from(sobol_burley::sample(sample as u32, dimension as u32, seed)) + 0.5 / f64::from(1 << 23)
 }
 
-/// The random numbers of an axis.
+/// The key stream of an axis for a purpose.
 fn stream(seed: u64, axis: usize, purpose: Use) -> ChaCha8Rng {
     let mut key = [0; 32];
     for (bytes, word) in key.chunks_exact_mut(8).zip([seed, axis as u64, purpose as u64]) {
@@ -112,7 +114,7 @@ fn stream(seed: u64, axis: usize, purpose: Use) -> ChaCha8Rng {
     ChaCha8Rng::from_seed(key)
 }
 
-/// A number between 0 and 1, exclusive, from the highest `count` of 64 bits: the middle of one of 2^count intervals.
+/// A number between 0 and 1, exclusive, from the `count` highest bits: the middle of one of 2^count equal intervals.
 fn centered(bits: u64, count: u32) -> f64 {
     ((bits >> (64 - count)) as f64 + 0.5) / (1_u64 << count) as f64
 }
@@ -158,7 +160,8 @@ impl Permutation {
     }
 }
 
-/// Spreads each bit over all bits: the finalizer of SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014).
+/// Makes each bit of the result depend on all bits of `value`: the finalizer of SplitMix64 (G. L. Steele, D. Lea, C. H.
+/// Flood, OOPSLA 2014).
 fn mix(mut value: u64) -> u64 {
     value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     value = (value ^ (value >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -16,16 +16,16 @@ use serde::Serialize;
 /// The half-width of a 95 % confidence interval, in standard deviations.
 const NORMAL: f64 = 1.96;
 
-/// The indices of an axis.
+/// The Sobol indices of an axis for a figure.
 #[derive(Clone, Copy, Debug, Default, Serialize, PartialEq)]
 pub struct Index {
     /// The share of the variance explained by this axis alone, from 0 to 1; the estimate may lie slightly outside.
     pub first: f64,
-    /// The half-width of the 95 % confidence interval.
+    /// The half-width of the 95 % confidence interval of `first`.
     pub first_error: f64,
     /// The share of the variance explained by this axis and its interactions with other axes.
     pub total: f64,
-    /// The half-width of the 95 % confidence interval.
+    /// The half-width of the 95 % confidence interval of `total`.
     pub total_error: f64,
 }
 
@@ -34,7 +34,9 @@ pub fn runs_of_sample(axes: usize) -> u64 {
     axes as u64 + 2
 }
 
-/// The indices of each axis for a figure, by column index; `None` if the figure does not vary, or if a run lacks it.
+/// The indices of each axis for a figure, by the figure's column index; `None` if the figure does not vary, if it is
+/// missing or infinite in any run, or if there are fewer than two samples. `axes` is the number of axes with a
+/// distribution.
 ///
 /// # Errors
 /// The results of a large study cannot be read.

@@ -28,7 +28,7 @@ pub struct Summary {
     pub failed: u64,
     /// The reasons for failures, most frequent first.
     pub failures: Vec<Failure>,
-    /// The coordinates that vary.
+    /// The coordinates of the points.
     pub coordinates: Vec<Quantity>,
     /// A distribution for each figure.
     pub figures: Vec<Distribution>,
@@ -54,26 +54,27 @@ pub struct Distribution {
     pub count: u64,
     /// The minimum.
     pub min: Option<f64>,
-    /// The values of the percentiles [`PERCENTS`], each after its percentage.
+    /// The percentiles [`PERCENTS`], each as a pair of percentage and value; empty if no run has a finite value.
     pub percentiles: Vec<(f64, f64)>,
-    /// The 95 % confidence intervals of the percentiles among all machines; `None` where there are too few runs.
+    /// The 95 % confidence intervals of these percentiles in the population from which the runs were sampled; `None`
+    /// where there are too few runs.
     pub intervals: Vec<Option<(f64, f64)>>,
     /// The maximum.
     pub max: Option<f64>,
     /// The mean.
     pub mean: Option<f64>,
-    /// The sample standard deviation (divided by the count minus 1), or `None` for a single run.
+    /// The sample standard deviation (with the divisor count - 1); `None` for fewer than two runs.
     pub deviation: Option<f64>,
-    /// The best run. Here and in the following fields, equal values are ordered by run.
+    /// The run with the best value. Among equal values, here and below, the run with the lowest number comes first.
     pub best: Option<u64>,
-    /// The run with the median, or the next higher one.
+    /// The run whose value is the median or, for an even count, the upper of the two middle values.
     pub middle: Option<u64>,
     /// The worst runs, worst first.
     pub worst: Vec<u64>,
     /// The first runs that lack the figure without having failed, for instance because they have not settled.
     pub absent: Vec<u64>,
-    /// Spearman's rank correlation with each coordinate, from -1 to 1: positive if the figure rises with it. `None` if
-    /// either has the same value in all runs.
+    /// Spearman's rank correlation with each coordinate, from -1 to 1: positive if the figure rises with the
+    /// coordinate. `None` if either has the same value in all runs with the figure.
     pub correlations: Vec<Option<f64>>,
 }
 
@@ -107,7 +108,7 @@ impl Summary {
     }
 
     /// The two coordinates most strongly correlated with a figure, strongest first; fewer if there are fewer
-    /// coordinates. Without correlations the first two.
+    /// coordinates. Coordinates with equal correlations, or without any, keep their order.
     pub fn strongest(&self, figure: usize) -> Vec<usize> {
         let strength = |coordinate: &usize| self.figures[figure].correlations[*coordinate].map_or(0.0, f64::abs);
         let mut coordinates: Vec<usize> = (0..self.coordinates.len()).collect();
@@ -121,7 +122,7 @@ impl Summary {
 fn ascending(values: &[f64]) -> Vec<u32> {
     let mut rated: Vec<(f64, u32)> = values.iter().copied().zip(0..).collect();
     rated.retain(|(value, _)| value.is_finite());
-    // Adding 0 turns -0 into 0, which is the same number.
+    // Adding 0 turns -0 into 0: `total_cmp` distinguishes the two.
     rated.sort_unstable_by(|a, b| (a.0 + 0.0).total_cmp(&(b.0 + 0.0)).then(a.1.cmp(&b.1)));
     // Collecting in place would keep the larger allocation.
     let mut order = Vec::with_capacity(rated.len());
@@ -129,11 +130,11 @@ fn ascending(values: &[f64]) -> Vec<u32> {
     order
 }
 
-/// The runs in ascending order of each coordinate, needed for each figure; kept in a file if there are many runs and
-/// coordinates.
+/// For each coordinate, the runs in ascending order of its value. They are computed once for all figures, and kept in a
+/// file if they are large.
 struct Orders {
     runs: Spill,
-    /// For each coordinate, the position at which its order starts, and its length.
+    /// For each coordinate, the byte position at which its order starts, and the number of runs in it.
     places: Vec<(u64, usize)>,
 }
 
@@ -247,14 +248,15 @@ struct Ranks {
 }
 
 impl Ranks {
-    /// Ranks the values; `order` lists the runs that have the figure, by value.
+    /// Ranks the values; `order` lists the runs with a finite value, in ascending order.
     fn new(order: &[u32], values: &[f64]) -> Ranks {
         let mut ranks = vec![f64::NAN; values.len()];
         shared_ranks(order, values, |run, rank| ranks[run as usize] = rank);
         Ranks { ranks, count: order.len() }
     }
 
-    /// The correlation with the ranks of a coordinate; `order` lists all runs by its value.
+    /// The correlation with the ranks of a coordinate with these values; `order` lists the runs in their ascending
+    /// order.
     fn correlation(&self, mut order: Vec<u32>, values: &[f64]) -> Option<f64> {
         order.retain(|run| !self.ranks[*run as usize].is_nan());
         if order.len() < self.count || self.count < 2 {
@@ -270,7 +272,7 @@ impl Ranks {
     }
 }
 
-/// Calls `tell` with the rank of each run.
+/// Calls `tell` with each run in `order` and its rank; equal values share the mean of their ranks.
 fn shared_ranks(order: &[u32], values: &[f64], mut tell: impl FnMut(u32, f64)) {
     let mut first = 0;
     for equal in order.chunk_by(|a, b| values[*a as usize] == values[*b as usize]) {

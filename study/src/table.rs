@@ -18,14 +18,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rows of a file as values of an axis.
+/// The rows of a file, converted to an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
     /// The path of the file.
     pub path: PathBuf,
     /// The variables, their values in each row, and the names of the loops, if the file has them.
     pub axis: Axis,
-    /// The parameter file from which the rows were read, if any.
+    /// The contents of the parameter file, if the rows were read from one.
     pub source: Option<Source>,
     /// Remarks about the file for the user.
     pub remarks: Vec<String>,
@@ -54,8 +54,8 @@ struct Given {
     remarks: Vec<String>,
 }
 
-/// Reads the rows of a file. `fmu` is the FMU that receives the values of a parameter file, except for the variables in
-/// `fixed`.
+/// Reads the rows of a file. `fmu` names the FMU that receives the values of a parameter file; by default, the first
+/// one. Values for the variables in `fixed` or for connected inputs are ignored.
 ///
 /// # Errors
 /// The file cannot be read or is not a table; the message names the remedy.
@@ -197,8 +197,8 @@ fn of_parameters(
     Ok(Rows { path: path.into(), axis, remarks, source: Some(Source { fmu: fmu.into(), loops }) })
 }
 
-/// The block of the loops that fit an FMU: the one named by its description or its file, else one whose settings are
-/// all variables of the FMU. `None` if there is none.
+/// The block of those loops that fit an FMU: the block with the name of its model or its file, else one whose settings
+/// are all variables of the FMU. `None` if there is none.
 fn of_fmu(system: &System, fmu: &str, loops: &[Loop]) -> Option<String> {
     let path = &system.members.iter().find(|member| member.name == fmu)?.path;
     // Problems with an FMU are reported when it is loaded. A program has no description yet.

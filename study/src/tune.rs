@@ -1,14 +1,14 @@
 //! Tuning of a controller for a set of plants: the problem that `plcfmu tune-study` solves.
 //!
 //! The axes of a study span the plants. A *candidate* has a value for each [`Search`] variable; it is run with every
-//! plant. Its *objective* is the figure [`Tune::minimize`], taken [`Over`] the plants. A constraint must hold for every
-//! plant.
+//! plant. Its *objective* is the figure [`Tune::minimize`], combined over the plants as specified by [`Over`]. A
+//! constraint must hold for every plant or, if it is about a percentile or a mean, for all plants together.
 //!
 //! Candidates are compared by Deb's rule: a feasible candidate beats an infeasible one; of two feasible ones, the lower
-//! objective wins; of two infeasible ones, the lower violation. The violation is the sum over the constraints of the
-//! mean over the plants of `v / (1 + v)`, where `v` is the amount by which the bound is exceeded, divided by the
-//! bound's magnitude. A figure without a value, for example because its run failed, counts as infinite `v`; the
-//! objective must be known for every plant, too.
+//! objective wins; of two infeasible ones, the lower violation wins. The violation is the sum over the constraints of
+//! the mean over the plants of `v / (1 + v)`, where `v` is the amount by which the bound is exceeded, divided by the
+//! bound's magnitude. If a figure has no value, for example because its run failed, `v` is infinite. A feasible
+//! candidate also has an objective for every plant: each missing one adds to the violation.
 
 pub mod robustness;
 mod search;
@@ -28,7 +28,8 @@ pub use search::{Outcome, search};
 /// The number of significant digits in a searched value.
 const DIGITS: i32 = 5;
 
-/// The maximum number of search variables: with each one, a simplex needs many more evaluations.
+/// The maximum number of search variables: each one considerably increases the number of evaluations that a simplex
+/// needs.
 const MOST_VARIABLES: usize = 12;
 
 /// The name of the figure for the maximum sensitivity.
@@ -46,13 +47,13 @@ pub struct Tune {
     /// The constraints for every plant, such as `overshoot < 10 %`.
     #[serde(default)]
     pub constraints: Vec<String>,
-    /// A second figure: the result then includes the Pareto front of both.
+    /// A second figure to minimize: the result then includes the Pareto front of both.
     #[serde(default)]
     pub front: Option<String>,
     /// The maximum number of candidates, 10 to 100 000.
     #[serde(default = "evaluations")]
     pub evaluations: usize,
-    /// The seed of the first candidates.
+    /// The seed of the initial design, from which the search starts.
     #[serde(default)]
     pub seed: u64,
     /// Whether each loop in the table of loops is tuned separately.
@@ -73,11 +74,11 @@ fn evaluations() -> usize {
     500
 }
 
-/// How the values of a figure for all plants are combined.
+/// How the values of a figure for all plants are combined into one.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Over {
-    /// The highest.
+    /// The highest value.
     #[default]
     Worst,
     /// The mean.
@@ -96,7 +97,7 @@ impl Over {
         }
     }
 
-    /// The combined value; `None` if any value is missing.
+    /// The combined value; `None` if any value is missing or infinite, or if there are no values.
     pub fn combine(self, values: &[f64]) -> Option<f64> {
         if values.is_empty() || values.iter().any(|value| !value.is_finite()) {
             return None;
@@ -144,7 +145,7 @@ pub enum Grid {
 }
 
 impl Search {
-    /// The value at a position from 0 to 1; positions outside are clamped.
+    /// The value on the grid at a position in the range, from 0 (`min`) to 1 (`max`); positions outside are clamped.
     fn value(&self, place: f64) -> f64 {
         let place = place.clamp(0.0, 1.0);
         let value = if self.is_logarithmic() {
@@ -160,7 +161,7 @@ impl Search {
         value.clamp(self.min, self.max)
     }
 
-    /// The position of a value, from 0 to 1.
+    /// The position of a value in the range, from 0 (`min`) to 1 (`max`); values outside are clamped.
     fn place(&self, value: f64) -> f64 {
         let value = value.clamp(self.min, self.max);
         if self.is_logarithmic() {
@@ -174,7 +175,7 @@ impl Search {
         !self.linear && self.min > 0.0
     }
 
-    /// The end of the range that a value has reached: `min`, `max`, or `None`.
+    /// The end of the range, `min` or `max`, that a value has reached to within 0.5 %; `None` if neither.
     pub fn end(&self, value: f64) -> Option<&'static str> {
         let place = self.place(value);
         (place < 0.005).then_some("min").or((place > 0.995).then_some("max"))
@@ -182,10 +183,10 @@ impl Search {
 }
 
 impl Tune {
-    /// Checks the numbers.
+    /// Checks everything that does not depend on the loop.
     ///
     /// # Errors
-    /// A number is invalid; the message names the permitted range.
+    /// A number is outside its permitted range, or a variable or figure is named twice; the message names the remedy.
     pub fn check(&self) -> Result<()> {
         if !(10..=100_000).contains(&self.evaluations) {
             bail_at!("evaluations", "evaluations = {}: it must be between 10 and 100000", self.evaluations);
@@ -224,7 +225,8 @@ impl Tune {
 pub struct Constraint(pub Expectation);
 
 impl Constraint {
-    /// The value that comes closest to violating it, or violates it most; NaN if any value is missing.
+    /// The percentile or mean that the constraint is about; for one about every plant, the value that violates it most
+    /// or comes closest to it. NaN if any value is missing.
     pub fn value(&self, rows: &[RunResult]) -> f64 {
         let mut values: Vec<f64> = rows.iter().map(|row| row.figures[self.0.figure]).collect();
         if values.iter().any(|value| value.is_nan()) {
@@ -242,7 +244,7 @@ impl Constraint {
         }
     }
 
-    /// Whether its value is within 2 % of the bound, so that it prevents a lower objective.
+    /// Whether its value is within 2 % of the bound, so that it probably prevents a lower objective.
     pub fn is_active(&self, rows: &[RunResult]) -> bool {
         (self.value(rows) - self.0.bound).abs() <= 0.02 * self.scale()
     }
@@ -252,7 +254,7 @@ impl Constraint {
         self.violation(rows) == 0.0
     }
 
-    /// The violation: 0 if it holds, up to 1.
+    /// The violation, from 0 (the constraint holds) to 1: for a constraint about every plant, the mean over the plants.
     fn violation(&self, rows: &[RunResult]) -> f64 {
         if self.0.of != Of::Each {
             return bounded(self.excess(self.value(rows)));
@@ -272,7 +274,7 @@ impl Constraint {
             return 0.0;
         }
         let excess = self.beyond(value) / self.scale();
-        // Even the bound itself may violate the constraint (`<`), by the smallest possible amount.
+        // With `<` or `>`, a value equal to the bound violates the constraint, although its excess is 0.
         if excess.is_nan() { f64::INFINITY } else { excess.max(1e-9) }
     }
 
@@ -286,7 +288,7 @@ fn bounded(excess: f64) -> f64 {
     if excess == f64::INFINITY { 1.0 } else { excess / (1.0 + excess) }
 }
 
-/// The search problem with figures resolved to indices in a row.
+/// The search problem, with each figure as its index in a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// The figure to minimize.
@@ -299,7 +301,7 @@ pub struct Problem {
     pub front: Option<usize>,
     /// The maximum number of candidates.
     pub evaluations: usize,
-    /// The seed of the first candidates.
+    /// The seed of the initial design.
     pub seed: u64,
     /// The search variables.
     pub search: Vec<Search>,
@@ -312,11 +314,12 @@ pub struct Candidate {
     pub values: Vec<f64>,
     /// The rows, one for each plant.
     pub rows: Vec<RunResult>,
-    /// The minimized figure; `None` if it is missing for any plant.
+    /// The minimized figure, combined over the plants; `None` if it is missing for any plant.
     pub objective: Option<f64>,
-    /// The second figure, for the front.
+    /// The second figure, for the front, combined likewise; `None` also if the problem has none.
     pub second: Option<f64>,
-    /// The violation; 0 if all constraints hold.
+    /// The violation: the sum over the constraints, plus, for each figure to minimize, the share of plants that lack
+    /// it. 0 if the candidate is feasible.
     pub violation: f64,
 }
 
@@ -325,7 +328,7 @@ impl Candidate {
     pub fn new(problem: &Problem, values: Vec<f64>, rows: Vec<RunResult>) -> Candidate {
         let figure = |number: usize| -> Vec<f64> { rows.iter().map(|row| row.figures[number]).collect() };
         let counted = |number: usize| problem.over.combine(&figure(number));
-        // An unknown figure counts as worse the more plants lack it.
+        // The more plants lack the figure, the worse.
         let unknown = |number: usize| {
             let values = figure(number);
             values.iter().filter(|value| !value.is_finite()).count() as f64 / values.len().max(1) as f64

@@ -35,8 +35,8 @@ impl Found<'_> {
         &self.outcome.candidates[self.outcome.best]
     }
 
-    /// The constraints that prevent a better figure, and those that the current settings violate, which may be why
-    /// their figure is better; `None` if there are none.
+    /// A text that lists the constraints that prevent a better figure, and those that the current settings violate,
+    /// which may be why the current figure is better; `None` if there are none.
     pub(crate) fn of_constraints(&self) -> Option<String> {
         let one = |constraint: &Constraint| {
             let text = &constraint.0.text;
@@ -57,7 +57,7 @@ impl Found<'_> {
         (!all.is_empty()).then(|| all.join("; "))
     }
 
-    /// The reason why there is no result, or `None`.
+    /// Why there is no usable result; `None` if the best candidate is feasible.
     pub fn problem(&self) -> Option<String> {
         let best = self.best();
         if best.is_feasible() {
@@ -101,7 +101,7 @@ impl Found<'_> {
         ends.chain(front).collect()
     }
 
-    /// Settings, figures and constraints, compared with the current settings.
+    /// The output of the command: settings, figures and constraints found, beside those of the current settings.
     pub fn text(&self) -> String {
         let (best, problem) = (self.best(), &self.tuning.problem);
         let found = if best.is_feasible() { "found" } else { "closest" };
@@ -190,7 +190,7 @@ impl Found<'_> {
         Ok(csv.into_inner()?)
     }
 
-    /// The settings as CSV.
+    /// The settings found and the current ones as CSV.
     fn settings_csv(&self) -> Result<Vec<u8>> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         csv.write_record(["setting", "unit", "found", "now"])?;
@@ -202,7 +202,8 @@ impl Found<'_> {
         Ok(csv.into_inner()?)
     }
 
-    /// A chart of the second figure and the settings over the first figure.
+    /// A chart of the second figure and the settings as functions of the first figure; `None` without a front of at
+    /// least two points.
     fn chart(&self) -> Option<Chart> {
         let problem = &self.tuning.problem;
         let second = &self.tuning.figures[problem.front?];
@@ -247,7 +248,7 @@ impl Found<'_> {
 /// The names of the files that [`write()`] may create.
 pub const FILES: [&str; 6] = ["tuned.toml", "tuned.json", "settings.csv", "front.csv", "front.png", "front.svg"];
 
-/// Writes the files of a result to a folder, each via a temporary file that is renamed.
+/// Writes the files of a result to a folder, each via a temporary file that is renamed. Returns their paths.
 ///
 /// # Errors
 /// A file cannot be written, or a setting does not fit the block's type.
@@ -274,7 +275,7 @@ pub fn write(folder: &Path, found: &Found) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// The controller's settings as a parameter file, if its block supports such files.
+/// The controller's settings as a parameter file; `None` if its block is not a type that parameter files support.
 fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
     let known =
         |table: &modeldescription::Table| BlockType::all().into_iter().find(|block| block.is_called(&table.name));
@@ -296,7 +297,7 @@ fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
     Ok(Some(content))
 }
 
-/// A sentence on the ends of a front: how much of the second figure a lower first figure costs.
+/// A sentence on the two ends of a front: the values of both figures at each.
 fn traded(first: &Quantity, second: &Quantity, ends: [(Option<f64>, Option<f64>); 2]) -> String {
     let of = |quantity: &Quantity, values: [Option<f64>; 2]| {
         let [from, to] = values.map(|value| value.unwrap_or(f64::NAN));

@@ -1,4 +1,4 @@
-//! Searches for the best settings for all plants of a study, with the runs made by a pool of workers.
+//! Searches for the best settings for all plants of a study, with the runs executed by a pool of workers.
 
 use crate::expect::Expectation;
 use crate::experiment::Detail;
@@ -22,6 +22,7 @@ use std::thread;
 
 /// The maximum number of plants in a search.
 const MOST_PLANTS: u64 = 10_000;
+
 /// A search that is ready to run.
 #[derive(Debug)]
 pub struct Tuning {
@@ -29,7 +30,7 @@ pub struct Tuning {
     pub problem: Problem,
     /// The loop's current settings, for each search variable.
     pub present: Vec<f64>,
-    /// The figures in a row, with [`SENSITIVITY`] last if needed.
+    /// The figures in a row, with [`SENSITIVITY`] last if the problem uses it.
     pub figures: Vec<Quantity>,
     /// The units of the search variables.
     pub units: Vec<Option<String>>,
@@ -42,20 +43,20 @@ pub struct Tuning {
     jobs: usize,
 }
 
-/// The data from which Ms is computed.
+/// What is needed to compute Ms.
 struct Robustness {
     linear: Linear,
-    /// The plants.
+    /// The plants, in the order of the study's points.
     plants: Vec<Arc<Plant>>,
-    /// The positions of the controller's variables in a point, with their names.
+    /// The coordinates of a point that Ms depends on: their positions, and their names as in [`Linear::own_name`].
     own: Vec<(usize, String)>,
 }
 
 impl Tuning {
-    /// Checks a study with its table `[tune]` and starts the workers. If Ms is needed, the plants are identified.
+    /// Checks a study with its table `[tune]` and starts the workers. If Ms is needed, also identifies the plants.
     ///
     /// # Errors
-    /// The study or an FMU is faulty, with the remedy, or a plant cannot be identified.
+    /// The study or an FMU is faulty, or a plant cannot be identified; the message names the remedy.
     pub fn start(reading: &Reading, options: &Options) -> Result<Tuning> {
         let mut tune = reading.tune()?;
         tune.check().context("[tune]").at("tune")?;
@@ -131,7 +132,7 @@ impl Tuning {
         Ok((outcome, Candidate::new(&problem, present, rows)))
     }
 
-    /// The loop with settings overridden.
+    /// The loop with these values of the search variables.
     pub fn system(&self, values: &[f64]) -> System {
         let mut system = self.system.clone();
         for (search, value) in self.problem.search.iter().zip(values) {
@@ -211,7 +212,7 @@ impl Robustness {
         Ok(Robustness { linear, plants, own })
     }
 
-    /// Adds Ms to the rows of candidates, using several threads.
+    /// Adds Ms to the rows of candidates, using at most `jobs` threads.
     fn add(
         &self,
         search: &[Search],
@@ -249,13 +250,13 @@ impl std::fmt::Debug for Robustness {
     }
 }
 
-/// The controller's settings in a point.
+/// The settings in a point that Ms depends on.
 fn of_point<'a>(own: &'a [(usize, String)], point: &'a [f64]) -> impl Iterator<Item = (String, Value)> + 'a {
     own.iter().map(|(place, name)| (name.clone(), Value::Number(point[*place])))
 }
 
 /// Identifies all plants from a step in the manual value. `in_point` marks the coordinates that the points of the
-/// identification contain; `own` lists the coordinates that belong to the controller.
+/// identification contain; `own` lists the coordinates that Ms depends on, see [`Robustness::own`].
 fn identify(
     linear: &Linear,
     tune: &Tune,
@@ -330,7 +331,7 @@ fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
     problem().context("[tune]").at("tune")
 }
 
-/// The job with the search variables as additional axes, at the end of each point.
+/// The job with the search variables as additional axes: they are the last coordinates of each point.
 fn with_axes(job: &Job, search: &[Search], present: &[f64]) -> Job {
     let mut job = job.clone();
     job.study.axes.extend(search.iter().zip(present).map(|(search, value)| Axis {
@@ -341,7 +342,7 @@ fn with_axes(job: &Job, search: &[Search], present: &[f64]) -> Job {
     job
 }
 
-/// Checks a variable, and sets its grid. Returns the loop's current value.
+/// Checks a search variable, and sets its grid. Returns its current value in the loop.
 fn variable(job: &Job, search: &mut Search) -> Result<f64> {
     let (system, name) = (&job.system, search.variable.as_str());
     let is_axis = |axis: &Axis| axis.time.is_none() && axis.variables.contains(&search.variable);

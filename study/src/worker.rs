@@ -5,7 +5,8 @@
 //!      <--Reply---- standard output
 //! ```
 //!
-//! The FMUs share one thread. Rows are sent within a few milliseconds, so that a crash loses few of them.
+//! All FMUs run in the same thread. Rows are sent a few milliseconds after their run, so that a crash loses few of
+//! them.
 
 use crate::Job;
 use crate::experiment::{Detail, Executor, Experiment, Gives};
@@ -32,13 +33,13 @@ use std::time::{Duration, Instant};
 /// The role of the process.
 pub const ROLE: &str = "worker";
 
-/// The maximum time that rows are held back before they are sent.
+/// The time for which finished rows are collected before they are sent.
 pub const FLUSH: Duration = Duration::from_millis(2);
 
-/// The number of runs of linked blocks executed side by side: the number of lanes.
+/// The maximum number of runs of linked blocks executed side by side.
 pub const ABREAST: usize = blocks::table::abreast::LANES;
 
-/// The maximum number of values recorded by runs side by side.
+/// The approximate maximum number of values recorded by all runs executed side by side.
 const MOST_RECORDED: usize = 1 << 23;
 
 /// A request to a worker. The first one is [`WorkerRequest::Begin`].
@@ -59,7 +60,7 @@ pub enum WorkerRequest {
     Rows(Vec<Vec<f64>>, Gives),
     /// Check whether a reset instance computes the same results as a new one.
     CheckReset,
-    /// Execute the run of this point and record it.
+    /// Execute the run of this point with new instances and record it.
     Curve(Vec<f64>, Detail),
 }
 
@@ -69,16 +70,16 @@ pub enum WorkerRequest {
 pub struct Linked {
     /// Its table.
     pub table: Table,
-    /// The description in the FMU's library, for another process.
+    /// The description in the FMU's library as JSON, see [`Ready::interfaces`].
     pub interface: String,
-    /// The hash of the code from which it was compiled. A library that contains the same hash computes the same bits;
-    /// the GUID does not identify the law.
+    /// The hash of the code from which the block was compiled, if known. A library that contains the same hash computes
+    /// the same bits; the GUID alone does not show that, since it does not cover the law.
     pub code: Option<&'static str>,
     /// Creates an instance with a name.
     pub instantiate: fn(&str) -> Result<Box<dyn Reset>>,
 }
 
-/// Finds the linked block that has the variables of an FMU, if there is one.
+/// Finds the linked block that has the same variables as an FMU, if there is one.
 pub type Find = fn(&Description) -> Option<Linked>;
 
 /// A reply of a worker.
@@ -88,13 +89,13 @@ pub enum Reply {
     Ready(Ready),
     /// The job is faulty, or a curve cannot be recorded: the message, and its subject.
     Refused(String, Option<Subject>),
-    /// The next rows, in the order of the points. They are complete when each point has a row.
+    /// The next rows, in the order of the points. A request is answered when each of its points has a row.
     Rows(Vec<RunResult>),
     /// The next piece of the recording.
     Piece(Recording),
     /// The recording is complete. Contains the figures of the run, unless an FMU ended it.
     Curve(Option<Vec<f64>>),
-    /// A warning for the user about reset instances.
+    /// Answers [`WorkerRequest::CheckReset`]: a warning for the user if the results differ.
     Reset(Option<String>),
 }
 
@@ -165,14 +166,14 @@ pub fn run(folder: &Path, find: Find) -> Result<()> {
     })
 }
 
-/// The state of a worker ready to execute runs.
+/// The state of a worker that is ready to execute runs.
 struct Begun {
     members: Members,
     experiment: Experiment,
     ready: Ready,
 }
 
-/// A linked block with the name of its member.
+/// A member's name, and its linked block.
 type Named = (String, Linked);
 
 /// The implementation of the loop's members.
@@ -183,7 +184,7 @@ enum Members {
     Loaded(Fmus),
 }
 
-/// Resolves the job, after loading its FMUs unless they are linked.
+/// Resolves the job. Its FMUs are loaded unless all of them are linked.
 fn begin(job: &str, channel: &Channel, find: Find, exact_door: bool) -> Result<Begun> {
     let job: Job = serde_json::from_str(job)?;
     let linked = if exact_door { None } else { linked(&job, find) };
@@ -223,12 +224,12 @@ struct Candidate {
     is_same: bool,
 }
 
-/// The members, if all of them have the variables of linked blocks. Problems with a file are reported when it is
-/// loaded.
+/// The members with their linked blocks; `None` unless every member has one. Problems with a file are reported when it
+/// is loaded.
 fn linked(job: &Job, find: Find) -> Option<Vec<Candidate>> {
     let member = |member: &Member| {
         let mut package = Package::open(&member.path).ok()?;
-        // Linked blocks have no Event Mode.
+        // Linked blocks do not support Event Mode.
         let has_events = !job.system.no_events && has_events(&package.description);
         let block = find(&package.description).filter(|_| !has_events)?;
         let is_same = block.code.is_some_and(|code| has_text(&mut package, code).unwrap_or(false));
@@ -269,14 +270,14 @@ fn load(job: &Job, channel: &Channel) -> Result<(Fmus, Experiment, Vec<Option<St
 struct Serving {
     experiment: Experiment,
     renews: bool,
-    /// The maximum time that rows are held back.
+    /// The time for which finished rows are collected before they are sent.
     flush: Duration,
     /// The number of runs executed side by side.
     abreast: usize,
 }
 
 impl Serving {
-    /// Answers requests until there are no more.
+    /// Answers requests until the main process closes standard input.
     fn serve<C: Reset>(self, output: &Channel, mut instantiate: impl FnMut(usize) -> Result<C>) -> Result<()> {
         let mut executor = Executor::new(self.experiment);
         if self.renews {

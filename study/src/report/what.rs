@@ -7,7 +7,7 @@ use modeldescription::digits::short;
 use run::system::Value;
 use std::fmt::Write as _;
 
-/// The maximum number of rows listed for an axis.
+/// The maximum number of values or rows listed for an axis.
 const MOST_ROWS: usize = 40;
 
 /// The loop that was run, and how to repeat it.
@@ -17,15 +17,15 @@ pub(super) struct RanPart<'a> {
     pub(super) span: String,
     /// The FMUs: name, model, version or tool, hash.
     pub(super) fmus: Vec<[String; 4]>,
-    /// Whether any of them declares a version or a tool.
+    /// Whether any FMU declares a version or a tool.
     pub(super) has_versions: bool,
     pub(super) connections: Vec<String>,
     pub(super) settings: Vec<String>,
     pub(super) events: Vec<(String, String)>,
-    /// The folder in which to run the commands.
+    /// The folder in which to run the commands, in words.
     pub(super) folder: String,
     pub(super) command: String,
-    /// The command that also records the curves of the worst run.
+    /// The command that records the curves of the main figure's worst run; empty if there is none.
     pub(super) curves: String,
     pub(super) fingerprint: &'a str,
 }
@@ -79,7 +79,7 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// A sentence on the correlations between axes; `None` if there are none.
+/// A sentence that lists the correlations between axes; `None` if there are none.
 pub(super) fn correlation_text(correlations: &[Correlation]) -> Option<String> {
     let one = |of: &Correlation| format!("{} and {} {}", of.variables[0], of.variables[1], short(of.rank));
     let all = correlations.iter().map(one).collect::<Vec<_>>().join(", ");

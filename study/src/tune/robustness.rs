@@ -1,12 +1,12 @@
-//! Ms, the maximum sensitivity of a loop, for candidates of a search: how robust the loop is against changes in
-//! the plant.
+//! Ms, the maximum sensitivity of a loop, for the candidates of a search: a measure of the loop's robustness against
+//! changes in the plant.
 //!
-//! This requires a model of each plant. The loop is therefore run in manual mode, without its events; the manual value
-//! steps, and the process value is recorded: its response from call to call is the plant, see [`margins`]. The gain is
-//! measured from the manual value to the process value as seen by the controller; it includes the block's processing of
-//! the manual value, everything between the FMUs, and pulses with an actuator. Pulses with a period longer than the
-//! time between two calls are represented by their mean. If the process value is noisy, a lag with dead time is
-//! identified instead.
+//! Computing it requires a model of each plant. The loop is therefore run in manual mode, without its events; the
+//! manual value steps, and the process value is recorded: its response, sampled at the calls, is the model, see
+//! [`margins`]. The gain is measured from the manual value to the process value as seen by the controller; it includes
+//! the block's processing of the manual value, all FMUs between controller and plant, and pulses with their actuator.
+//! Pulses with a period longer than the time between two calls are represented by their mean. If the process value is
+//! noisy, a lag with dead time is identified instead.
 //!
 //! The controller is the law computed in each call, see [`Law`], with the candidate's GAIN, TI, TD and TM_LAG.
 
@@ -24,7 +24,7 @@ use run::system::{self, Setting, Value, own_name};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The default height of the step in the manual value, in its unit.
+/// The default height of the step in the manual value, in the unit of that value.
 const HEIGHT: f64 = 20.0;
 /// The default time of the step, as a share of the run.
 const SHARE: f64 = 0.1;
@@ -35,13 +35,13 @@ const NOISE: f64 = 0.005;
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {
-    /// The manual value before the step; by default the loop's setting, else its start value.
+    /// The manual value before the step; by default the value set in the loop, else the variable's start value.
     pub from: Option<f64>,
-    /// The manual value after the step; by default 20 more.
+    /// The manual value after the step; by default `from` + 20.
     pub to: Option<f64>,
-    /// The time of the step in seconds; by default a tenth of the run.
+    /// The time of the step in seconds, moved to the next call of the controller; by default after a tenth of the run.
     pub time: Option<f64>,
-    /// The end of the run in seconds; by default the end of the study's runs.
+    /// The end of the identification run in seconds; by default the end of the study's runs.
     pub stop: Option<f64>,
     /// Whether the plant is integrating.
     pub is_integrating: bool,
@@ -52,11 +52,11 @@ pub struct Linear {
     controller: Controller,
     /// The period, in seconds, of a pulse former in another FMU, with its name `FMU.VARIABLE`.
     period: Option<(String, f64)>,
-    /// The communication step in seconds, if the loop specifies it.
+    /// The communication step in seconds; 0 if the loop does not specify it.
     step: f64,
 }
 
-/// The identification of the plants: a job to run with the points of the study, and the signals to evaluate.
+/// The identification of the plants: a job to run at the points of the study, and the signals to evaluate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
     /// The loop in manual mode.
@@ -68,17 +68,17 @@ pub struct Identification {
     is_integrating: bool,
 }
 
-/// A plant for Ms, with remarks for the user.
+/// An identified plant, from which Ms is computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identified {
     /// The plant.
     pub plant: Plant,
-    /// The fit of a lag with dead time, in percent, if one is used because of noise.
+    /// If a lag with dead time replaces the response because of noise, its fit in percent.
     pub fit: Option<f64>,
 }
 
 impl Linear {
-    /// Creates the controller: the first member of the loop, with this table.
+    /// Creates the controller from the first member of the loop, whose block has this table.
     ///
     /// # Errors
     /// It has no linear form; the message names the reason and the remedy.
@@ -95,8 +95,8 @@ impl Linear {
         Ok(linear)
     }
 
-    /// Adds the pulse former to which the controller is connected, if there is one. `tables` contains the members'
-    /// tables.
+    /// Adds the period of the pulse former to which the controller is connected, if there is one. `tables` contains the
+    /// members' tables.
     ///
     /// # Errors
     /// A table is damaged.
@@ -123,7 +123,7 @@ impl Linear {
         Ok(self)
     }
 
-    /// Whether Ms depends on a variable of the loop other than through the plant model.
+    /// Whether a variable of the loop affects Ms directly, not only through the plant model.
     pub fn has(&self, variable: &str) -> bool {
         let Controller { table, roles, .. } = &self.controller;
         let is_period = || self.period.as_ref().is_some_and(|(name, _)| name == variable);
@@ -132,11 +132,11 @@ impl Linear {
         is_period() || own.is_some_and(|own| own == table.rows[table.cycle].name || names.any(|name| name == own))
     }
 
-    /// The loop in manual mode, for identifying the plants. Axes that act after the start are left out of its points:
-    /// see [`Identification::is_in_point`].
+    /// The loop in manual mode, for identifying the plants. Axes that set variables after the start are omitted from
+    /// its points: see [`Identification::is_in_point`]. `start` and `stop` are those of the study's runs, in seconds.
     ///
     /// # Errors
-    /// The controller has no manual mode.
+    /// The controller has no manual value, its dialog names no process value, or the step is invalid.
     pub fn identification(&self, job: &Job, step: &Step, start: f64, stop: f64) -> Result<Identification> {
         let (name, fmu) = (&self.controller.member.name, &self.controller.member.fmu);
         let roles = &self.controller.roles;
@@ -182,7 +182,7 @@ impl Linear {
         Ok(Identification { job, manual, process_value, is_integrating: step.is_integrating })
     }
 
-    /// Ms with a plant, for settings of the controller that override the loop's; infinite if the loop is unstable.
+    /// Ms of the loop with a plant; infinite if the loop is unstable. `settings` override those in the loop.
     ///
     /// # Errors
     /// These settings have no linear form; the message names the reason.
@@ -191,7 +191,7 @@ impl Linear {
         Ok(margins.sensitivity.unwrap_or(f64::INFINITY))
     }
 
-    /// The plant from the recorded step of an identification, with settings of the controller that override the loop's.
+    /// The plant identified from the recorded step. `settings` override those in the loop.
     ///
     /// # Errors
     /// The recording does not reveal the plant; the message names the reason and the remedy.
@@ -220,12 +220,13 @@ impl Linear {
         Ok(Identified { plant, fit: None })
     }
 
-    /// The plant given by a model.
+    /// The plant specified by a model.
     pub fn modelled(&self, model: &Model) -> Plant {
         Plant::of_model(model, self.controller.sampling().max(self.step))
     }
 
-    /// The delay of a manipulated value by pulses, in seconds: half their period, unless there is one value per period.
+    /// The delay, in seconds, by which pulses transmit a manipulated value: half their period, or 0 if the controller
+    /// is called only once per period.
     fn delay_of_pulses(&self, settings: &Values) -> f64 {
         let (period, sampling) = (self.period(settings), self.with(settings).sampling().max(self.step));
         if period > sampling * (1.0 + 1e-9) { period / 2.0 } else { 0.0 }
@@ -256,7 +257,7 @@ impl Linear {
         Controller { member, table: table.clone(), roles: roles.clone(), groups: groups.clone() }
     }
 
-    /// The linear law that the block computes with its settings.
+    /// The linear law that the block computes; `values` override the settings in the loop.
     fn law(&self, values: &Values) -> Result<Law> {
         let controller = self.with(values);
         let fmu = &controller.member.fmu;
@@ -276,11 +277,11 @@ impl Linear {
     }
 }
 
-/// The remedy if there is no linear form.
+/// The end of a message about a controller without a linear form: the remedy.
 const SENSITIVITY_UNKNOWN: &str = "Ms is not known for it; remove the ms constraint, and bound overshoot instead";
 
 impl Identification {
-    /// For each coordinate of a study's point, whether this job's points contain it.
+    /// For each coordinate of a study's point, whether the points of the identification contain it.
     pub fn is_in_point(job: &Job) -> Vec<bool> {
         job.study.axes.iter().flat_map(|axis| axis.variables.iter().map(|_| axis.time.is_none())).collect()
     }

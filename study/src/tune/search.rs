@@ -1,6 +1,6 @@
-//! The search: a space-filling initial design; then the Nelder-Mead method from the best candidates, and after a while
-//! only from the best one; then, if there is a front, the same for its other end, and for bounds on the second figure
-//! in between.
+//! The search: a space-filling initial design; then the Nelder-Mead method from the best candidates, continued after a
+//! while with only the best simplex; then, if a front is requested, the same method for the other end of the front, and
+//! for bounds on the second figure between the ends.
 //!
 //! Several simplices work in parallel, each requesting one candidate at a time; these are evaluated together. A simplex
 //! does not wait: it is replayed from its start, with all known candidates, up to the first unknown one. The search
@@ -19,17 +19,18 @@ use std::collections::BTreeMap;
 
 /// The number of candidates of the initial design evaluated together.
 const BATCH: usize = 64;
-/// The standard deviation of a simplex' costs at which it has converged; feasible costs are between -1 and 1.
+/// The standard deviation of the costs at its vertices below which a simplex has converged; feasible costs are between
+/// -1 and 1.
 const TOLERANCE: f64 = 1e-5;
 /// The maximum number of iterations of a simplex.
 const ITERATIONS: u64 = 300;
-/// The initial edge of a simplex, as a share of the ranges.
+/// The initial edge of a simplex, as a share of each variable's range.
 const EDGE: f64 = 0.1;
-/// The number of simplices that search for the best settings.
+/// The maximum number of simplices that start the search for the best settings.
 const STARTS: usize = 3;
-/// The number of new, smaller simplices started from the best settings.
+/// The maximum number of times that new, smaller simplices are started from the best settings so far.
 const RESTARTS: usize = 3;
-/// The number of bounds on the second figure that fill the front.
+/// The number of bounds on the second figure, for each of which a simplex searches for a point of the front.
 const LEVELS: usize = 14;
 
 /// The outcome of a search.
@@ -43,10 +44,11 @@ pub struct Outcome {
     pub front: Vec<usize>,
 }
 
-/// Searches. `evaluate` returns, for each candidate of a batch, a row for each plant, or `None` to end the search with
-/// the results so far. `progress` receives the number of evaluated candidates and the best one after each batch.
+/// Searches for the best settings. `evaluate` returns, for each candidate of a batch, a row for each plant, or `None`
+/// to end the search with the results so far. `progress` receives the number of evaluated candidates and the best one
+/// after each batch.
 ///
-/// `first` are the settings to start with: the loop's current ones.
+/// `first` are the settings to try first, the loop's current ones; ignored if they are outside the ranges.
 ///
 /// # Errors
 /// `evaluate` fails, or it ends the search before any candidate is known.
@@ -117,9 +119,10 @@ struct Archive<'a, E, P> {
     candidates: Vec<Candidate>,
     /// The index of each candidate, by the bits of its values.
     known: BTreeMap<Vec<u64>, usize>,
-    /// The scales of the objective and of the second figure: the value that counts as half-way to infinity.
+    /// The scales of the objective and of the second figure, as in [`Archive::cost`]: the median magnitude in the
+    /// initial design.
     scales: (f64, f64),
-    /// Whether evaluation has ended.
+    /// Whether `evaluate` has ended the search.
     has_ended: bool,
     evaluate: E,
     progress: P,
@@ -148,7 +151,7 @@ where
         self.known.get(&key(&self.values(place))).map(|number| &self.candidates[*number])
     }
 
-    /// Evaluates those of the `wanted` candidates that are unknown, up to `limit` candidates in total.
+    /// Evaluates the `wanted` candidates that are not yet known, up to a total of `limit` known candidates.
     fn add(&mut self, wanted: Vec<Vec<f64>>, limit: usize) -> Result<()> {
         let mut batch: Vec<Vec<f64>> = Vec::new();
         for values in wanted {
@@ -195,7 +198,7 @@ where
         Ok(())
     }
 
-    /// Searches for the lowest objective.
+    /// Searches for the lowest objective until `limit` candidates are known.
     fn descend(&mut self, limit: usize) -> Result<()> {
         let mut starts: Vec<Vec<f64>> = Vec::new();
         let mut taken = Vec::new();
@@ -228,7 +231,7 @@ where
         Ok(())
     }
 
-    /// Searches for the other end of the front.
+    /// Searches for the end of the front with the lowest second figure, until `limit` candidates are known.
     fn descend_to_end(&mut self, limit: usize) -> Result<()> {
         let end = self.best(&Aim::Second, &[]);
         self.polish(&[Simplex::at(self.place(end), EDGE, Aim::Second)], limit)
@@ -297,7 +300,7 @@ where
         }
     }
 
-    /// The cost to minimize: from -1 to 1 for feasible candidates, at least 1 for others.
+    /// The cost to minimize: between -1 and 1 for feasible candidates, at least 1 for others.
     fn cost(&self, aim: &Aim, candidate: &Candidate) -> f64 {
         let (value, scale) = match aim {
             Aim::Second => (candidate.second, self.scales.1),
@@ -313,7 +316,7 @@ where
         }
     }
 
-    /// The best candidate not in `but`; among equals, the first.
+    /// The index of the candidate with the lowest cost, except those in `but`; among equals, the first.
     fn best(&self, aim: &Aim, but: &[usize]) -> usize {
         let costs = self.candidates.iter().enumerate().filter(|(number, _)| !but.contains(number));
         let costs = costs.map(|(number, candidate)| (number, self.cost(aim, candidate)));
@@ -333,7 +336,7 @@ impl<F: Fn(&Vec<f64>) -> Result<f64>> CostFunction for Cost<F> {
     }
 }
 
-/// Positions that evenly fill the unit cube.
+/// `count` positions that evenly fill the unit cube with this many axes.
 fn design(count: usize, axes: usize, seed: u64) -> Vec<Vec<f64>> {
     let sampler = Sampler::new(Sampling::Sobol, seed, count as u64, axes);
     (0..count as u64).map(|sample| (0..axes).map(|axis| sampler.probability(axis, sample)).collect()).collect()
