@@ -291,7 +291,7 @@ MISTAKEN = {
     "build notes.md": "notes.md is neither a program source (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a workspace package",
     "run notes.md": "notes.md is neither an FMU (.fmu), a loop (.toml), a parameter file (.awl, .db, .xml, ...) nor a program (.scl)",
     "preset CONT_C.fmu --out p.zip": "p.zip: a preset's file name ends in .fmu; for a folder, write p.zip/",
-    "run loop.toml": "loop.toml:2:5: no file NOTHING_LIKE_IT.fmu; FMUs are searched for next to this file, or in --fmus FOLDER",
+    "run loop.toml": "loop.toml:2:5: no file NOTHING_LIKE_IT.fmu; FMU paths are relative to the folder of this file, or to --fmus FOLDER",
 }
 
 

@@ -198,7 +198,7 @@ def test_the_same_file_runs_twice_under_two_names(run):
 
 
 def test_two_fmus_of_one_name_are_refused(run):
-    assert refusal(run, "HEATER", "HEATER").startswith("two FMUs are named HEATER: rename one, NAME=")
+    assert refusal(run, "HEATER", "HEATER").startswith("two FMUs are named HEATER: rename one with NAME=")
 
 
 def test_an_fmu_that_can_run_only_once_in_a_process_is_refused_twice(run, tmp_path):
@@ -219,7 +219,7 @@ def test_an_fmu_that_can_run_only_once_in_a_process_is_refused_twice(run, tmp_pa
     "options, sentence",
     [
         ({"connect": {"CONT_C.LMM": "HEATER.POWER"}}, "CONT_C has no variable LMM; did you mean CONT_C.LMN?"),
-        ({"connect": {"CONT_C.QLMN_HLM": "HEATER.POWER"}}, "such as a mean over the step (LMN, "),
+        ({"connect": {"CONT_C.QLMN_HLM": "HEATER.POWER"}}, "such as a mean over the step (available: LMN, "),
         ({"connect": {"HEATER.TEMP": "HEATER.POWER"}}, "it is in degC, but the input is in %: values are not converted"),
         ({"connect": {"HEATER.TEMP": "CONT_C.GAIN"}}, "the causality of CONT_C.GAIN is parameter"),
         ({"set": {"GAIN": 2}}, "GAIN does not name its FMU: write CONT_C.GAIN"),

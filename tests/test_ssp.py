@@ -224,7 +224,7 @@ def test_what_an_ssp_file_does_not_hold_is_told(packed, tmp_path):
 @pytest.mark.parametrize(
     "arguments, sentence",
     [
-        (["--connect=VALVE.LMNR=CONT_S.SP_INT", "--connect=CONT_S.QLMNUP=VALVE.PRES"], "a mean over the step (PV, ER, QLMN_MEAN)"),
+        (["--connect=VALVE.LMNR=CONT_S.SP_INT", "--connect=CONT_S.QLMNUP=VALVE.PRES"], "a mean over the step (available: PV, ER, QLMN_MEAN)"),
         (["--connect=CONT_S.QLMNUP=VALVE.DRIVES"], "did you mean VALVE.DRIVE?"),
         (["--set=CONT_S.GAIN=x"], "is not a finite number"),
     ],

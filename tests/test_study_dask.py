@@ -227,7 +227,7 @@ def test_parts_of_another_study_are_refused_before_any_run(tolerance, tmp_path, 
     part = tmp_path / "out" / "parts" / "0-48.part"
     part.parent.mkdir(parents=True)
     part.write_bytes(b'plcfmu part 1\n{"fingerprint":"0123","first":0,"end":48}\n')
-    with pytest.raises(plcfmu.StudyError, match="0-48.part belongs to another study: .*; remove .*parts, or name another folder"):
+    with pytest.raises(plcfmu.StudyError, match="0-48.part belongs to another study, or .*; remove .*parts, or name another folder"):
         run(tolerance, tmp_path / "out", client, resume=True)
     assert between.ranges() == []
 

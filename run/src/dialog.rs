@@ -287,8 +287,9 @@ impl Roles {
             "disturbances" | "settings" | "stimuli" => usize::MAX,
             _ if role.strip_prefix("signal ").is_some_and(|what| !what.trim().is_empty()) => 1,
             _ => bail!(
-                "{role:?} is not a role: setpoint, process value, manipulated value, manual, manual pulses, controller, structure, \
-                 pulses, pulse former, limits, dead band, shortest pulse, restart, disturbances, settings, stimuli, signal NAME"
+                "{role:?} is not a role; available: setpoint, process value, manipulated value, manual, manual pulses, \
+                 controller, structure, pulses, pulse former, limits, dead band, shortest pulse, restart, disturbances, \
+                 settings, stimuli, signal NAME"
             ),
         };
         if names.len() > most {

@@ -357,7 +357,7 @@ impl<'a> Reader<'a> {
             let wanted = path.file_name().unwrap_or_default().to_string_lossy();
             let hint = near(&wanted, names.iter().map(String::as_str)).map_or_else(
                 || match self.fmus == Some(self.folder) {
-                    true => "FMUs are searched for next to this file, or in --fmus FOLDER".into(),
+                    true => "FMU paths are relative to the folder of this file, or to --fmus FOLDER".into(),
                     false => "specify their folder with --fmus, or correct the path".into(),
                 },
                 |near| format!("did you mean {near}?"),
@@ -396,7 +396,7 @@ impl<'a> Reader<'a> {
             return Ok(());
         }
         let hint = suggestion(wrong, names.iter().copied());
-        bail!("{}: no {wrong}, only {}{hint}", self.place(name.span()), names.join(", "))
+        bail!("{}: no {wrong}; available: {}{hint}", self.place(name.span()), names.join(", "))
     }
 
     /// The inputs connected to an output.

@@ -309,7 +309,12 @@ impl Plan {
             None => member.parameters.push(assignment),
             Some(time) => {
                 if !is_input && variable.variability != Variability::Tunable {
-                    bail_at!("time", "{name} cannot be set at {time:?} s: it is a {} parameter", variable.variability);
+                    bail_at!(
+                        "time",
+                        "{name} cannot be set at {time:?} s: it is a {} parameter; during a run, only inputs and \
+                         tunable parameters can be set",
+                        variable.variability
+                    );
                 }
                 let last = self.start + (self.steps - 1) as f64 * self.step;
                 if time < self.start || time > last + ROUNDING * self.step {
@@ -512,8 +517,8 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection, from: Reference<'a>, to:
             let reals = [Type::Real, Type::Float32].map(|kind| names.outputs(from.member, kind)).concat();
             bail!(
                 "it is {from_type}, but the input is {to_type}: connect a Real output of the same FMU, such as a mean \
-                 over the step ({})",
-                if reals.is_empty() { "it has none".into() } else { reals.join(", ") }
+                 over the step (available: {})",
+                if reals.is_empty() { "none".into() } else { reals.join(", ") }
             );
         }
         _ => bail!("it is {from_type}, but the input is {to_type}"),
@@ -648,7 +653,7 @@ impl<'a> Names<'a> {
         }
         for (number, name) in members.iter().enumerate() {
             if members[..number].contains(name) {
-                bail!("two FMUs are named {name}: rename one, NAME={}", system.members[number].path.display());
+                bail!("two FMUs are named {name}: rename one with NAME={}", system.members[number].path.display());
             }
         }
         Ok(Names { members, descriptions })
@@ -695,13 +700,15 @@ impl<'a> Names<'a> {
             }
             let near = near(variable, self.descriptions[member].variables.iter().map(|of| of.name.as_str()));
             let member = self.members[member];
-            let hint =
-                near.map_or_else(|| "plcfmu info lists them".into(), |near| format!("did you mean {member}.{near}?"));
+            let hint = near.map_or_else(
+                || "plcfmu info lists its variables".into(),
+                |near| format!("did you mean {member}.{near}?"),
+            );
             bail!("{member} has no variable {variable}; {hint}");
         };
         let kind = found.kind.with_context(|| match found.dimensions.as_slice() {
             [] => format!("{name} is a {}, which cannot be set or recorded", found.type_name),
-            sizes => format!("{name} is an array of {sizes:?} {}, which cannot be set or recorded", found.type_name),
+            sizes => format!("{name} is a {}{sizes:?} array, which cannot be set or recorded", found.type_name),
         })?;
         Ok(Reference { member, variable: found, kind })
     }

@@ -230,7 +230,7 @@ impl<'de> Deserialize<'de> for Value {
                 "NaN" | "inf" | "-inf" => Ok(Value::Number(text.parse().map_err(de::Error::custom)?)),
                 text => whole(text)
                     .map(Value::Whole)
-                    .ok_or_else(|| de::Error::custom(format!("{text:?} is neither true nor false nor a number"))),
+                    .ok_or_else(|| de::Error::custom(format!("{text:?} is not true, false or a number"))),
             },
         }
     }
@@ -273,7 +273,7 @@ fn number(text: &str) -> Result<f64> {
             bail!("{text:?} has more digits than a setting can hold; the nearest value is {number}")
         }
         Ok(number) if number.is_finite() => Ok(number),
-        _ => bail!("{text:?} is not a finite number (the decimal sign is a point)"),
+        _ => bail!("{text:?} is not a finite number (the decimal separator is a point)"),
     }
 }
 
@@ -309,7 +309,7 @@ mod tests {
         assert_eq!(
             error::<Setting>("A.B=2,5"),
             "\"A.B=2,5\": write FMU.VARIABLE=VALUE or FMU.VARIABLE=VALUE@SECONDS: \"2,5\" is not a finite number (the \
-             decimal sign is a point)"
+             decimal separator is a point)"
         );
         for text in ["A.B", "=1", "A.B=", "A.B=1@", "A.B=inf", "A.B=1@x", "A.B=on"] {
             assert!(error::<Setting>(text).contains("write FMU.VARIABLE=VALUE"), "{text}");

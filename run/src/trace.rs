@@ -210,7 +210,7 @@ impl Trace {
         self.chunks.back().map_or(self.overview.calls, |chunk| chunk.first + chunk.calls)
     }
 
-    /// Packs the rows, and moves chunks that need no longer be kept exactly to the overview.
+    /// Packs the rows, and moves chunks that no longer need to be kept exactly to the overview.
     fn pack(&mut self) {
         let first = self.packed();
         let calls = self.calls - first;

@@ -242,7 +242,7 @@ impl Axes {
             && !study.samples.is_power_of_two()
         {
             warnings.push(format!(
-                "samples = {}: a Sobol sequence is most even with a power of 2, such as {}",
+                "samples = {}: a Sobol sequence is most even if the number of samples is a power of 2, such as {}",
                 study.samples,
                 study.samples.next_power_of_two()
             ));
@@ -425,7 +425,7 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
             for target in targets {
                 ends.iter()
                     .try_for_each(|end| target.check(target.absolute(*end)))
-                    .context("the deviation is too large")?;
+                    .context("the distribution is too wide")?;
             }
             *distributions += 1;
             Ok(Values::Drawn(distribution, *distributions - 1, axis.whole))

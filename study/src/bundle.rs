@@ -76,7 +76,7 @@ pub fn open(path: &Path) -> Result<Reading> {
     }
     let again = "create the bundle again with plcfmu study STUDY.toml --bundle";
     let version: Versioned = serde_json::from_slice(&text).with_context(|| format!("{shown} is not a bundle"))?;
-    ensure!(version.version == VERSION, "{shown} has the format {}, not {VERSION}: {again}", version.version);
+    ensure!(version.version == VERSION, "{shown} has the format version {}, not {VERSION}: {again}", version.version);
     let content: Content = serde_json::from_slice(&text)
         .with_context(|| format!("{shown} is damaged or was written by another version of plcfmu: {again}"))?;
     let mut job = content.job;

@@ -35,8 +35,8 @@ impl Study {
         if distributions == 0 && self.samples > 1 {
             bail_at!(
                 "samples",
-                "samples = {}, but no axis has a distribution: omit `samples`, or give an axis uniform, normal, \
-                 log_normal or triangular",
+                "samples = {}, but no axis has a distribution: omit `samples`, or give an axis a distribution: \
+                 uniform, normal, log_normal or triangular",
                 self.samples
             );
         }
@@ -142,7 +142,7 @@ impl Study {
         }
         let is_drawn = Distribution::new(&axis.along).is_some();
         if is_drawn && axis.group.is_some() {
-            bail!("a distribution is sampled at each point of a group anyway: remove `group`");
+            bail!("an axis with a distribution cannot belong to a group: remove `group`");
         }
         if axis.whole && !is_drawn {
             bail!("`whole` applies only to distributions: write whole numbers, and remove `whole`");
@@ -314,8 +314,8 @@ impl Along {
                 }
                 match Distribution::new(self) {
                     Some(Distribution::Truncated { share, .. }) if share <= 0.0 => bail!(
-                        "normal: min and max leave nothing of the distribution, whose mean is {mean:?} and deviation {deviation:?}: \
-                         use bounds closer to the mean"
+                        "normal: practically no values are within the bounds, since the mean is {mean:?} and the \
+                         deviation {deviation:?}: use bounds closer to the mean"
                     ),
                     _ => Ok(()),
                 }

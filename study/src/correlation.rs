@@ -63,8 +63,8 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
     }
     cholesky(&matrix)
         .context(
-            "correlations: they contradict each other: use values closer to 0, or add the missing ones between their \
-             axes",
+            "correlations: they contradict each other: use values closer to 0, or add the missing correlations \
+             between their axes",
         )
         .at("correlations")
 }

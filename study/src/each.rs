@@ -173,7 +173,7 @@ pub fn written_back(path: &Path, source: &Source, variables: &[String], tuned: &
     let format = Format::of_file(&shown).with_context(|| format!("{shown} is not a parameter file"))?;
     let mut loops = Vec::new();
     for (one, tuned) in source.loops.iter().zip(tuned).filter(|(_, tuned)| tuned.problem.is_none()) {
-        ensure!(one.name == tuned.name, "{shown}: found {} instead of {}", tuned.name, one.name);
+        ensure!(one.name == tuned.name, "{shown}: found the loop {} instead of {}", tuned.name, one.name);
         let mut one = one.clone();
         for (variable, value) in variables.iter().zip(&tuned.found) {
             let member = own_name(variable, &source.fmu).and_then(|own| one.block.find(own));

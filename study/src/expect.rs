@@ -327,7 +327,7 @@ fn bound(text: &str, figure: &Quantity) -> Result<f64> {
     let (number, unit) = (&text[..end], text[end..].trim());
     let number = match number.parse::<f64>() {
         Ok(number) if number.is_finite() && !unit.starts_with(',') => number,
-        _ => bail!("{text:?} is not a number with a unit (the decimal sign is a point)"),
+        _ => bail!("{text:?} is not a number, with or without a unit (the decimal separator is a point)"),
     };
     match figure.unit.as_deref() {
         _ if unit.is_empty() => Ok(number),
@@ -435,8 +435,11 @@ mod tests {
             ("x < 1", "the study has no figure x; the figures are overshoot, settling, pulses, FMU.der(x).max, iae"),
             ("overshoot < 10 s", "overshoot is in %, not in s"),
             ("pulses < 10 s", "pulses has no unit: write the number alone"),
-            ("overshoot < ten", "\"ten\" is not a number with a unit (the decimal sign is a point)"),
-            ("overshoot < 2,5 %", "\"2,5 %\" is not a number with a unit (the decimal sign is a point)"),
+            ("overshoot < ten", "\"ten\" is not a number, with or without a unit (the decimal separator is a point)"),
+            (
+                "overshoot < 2,5 %",
+                "\"2,5 %\" is not a number, with or without a unit (the decimal separator is a point)",
+            ),
             ("overshoot = 1", "use <, <=, >, >= or == to compare a figure with a bound, not ="),
             ("overshoot", "no <, <=, >, >= or ==; write, for example, overshoot < 10 %"),
             ("< 1", "no figure before the sign; write, for example, overshoot < 10 %"),

@@ -51,7 +51,7 @@ pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, e
     let text = fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
     let Some(summary) = serde_json::from_slice::<Summary>(&text).ok().filter(|of| of.fingerprint == fingerprint) else {
         bail!(
-            "{} contains the results of another study: the study, an FMU or plcfmu has changed since; {REMEDY}",
+            "{} contains the results of another study, or the study, an FMU or plcfmu has changed since; {REMEDY}",
             out.display()
         );
     };

@@ -127,7 +127,7 @@ impl Error for Interrupted {}
 /// The file is faulty, or `fmus` is given for a bundle. For a study.toml, the message contains line and column.
 pub fn open(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<read::Reading> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
-        ensure!(fmus.is_none(), "{} is a bundle, which has its own FMUs: omit --fmus", path.display());
+        ensure!(fmus.is_none(), "{} is a bundle, which contains its own FMUs: omit --fmus", path.display());
         return bundle::open(path);
     }
     read::read(path, fmus, parameters)

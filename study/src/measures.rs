@@ -189,8 +189,8 @@ impl Measures {
             }
             if !(study.values.is_empty() && study.limits.is_empty()) {
                 self.warnings.push(format!(
-                    "{first} does not name its {missing}, so there are no figures such as overshoot: name the loop's signals in \
-                     [signals] for them"
+                    "{first} does not name its {missing}, so there are no figures such as overshoot: to get them, name the \
+                     loop's signals in [signals]"
                 ));
             }
             return Ok(());

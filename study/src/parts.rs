@@ -187,7 +187,7 @@ fn open(path: &Path, fingerprint: &str) -> Result<Part> {
     let header: Header = serde_json::from_slice(&line).with_context(damaged)?;
     if header.fingerprint != fingerprint {
         bail!(
-            "{shown} belongs to another study: the study, an FMU or plcfmu has changed since; name another folder \
+            "{shown} belongs to another study, or the study, an FMU or plcfmu has changed since; name another folder \
              with --out, or start over without --resume"
         );
     }

@@ -364,7 +364,7 @@ fn values(reader: &Reader, node: &Spanned<Node>, width: usize) -> Result<Along> 
             Node::List(row) if row.len() == width => row.iter().map(|node| reader.value(node)).collect(),
             Node::List(row) => {
                 let (place, count) = (reader.place(node.span()), row.len());
-                bail!("{place}: the row has {count} values for {width} variables: write one for each")
+                bail!("{place}: values in this row: {count}; variables: {width}: write one value for each variable")
             }
             other => bail!(reader.wrong(node, "a row [VALUE, ...] like the first one", other)),
         }
@@ -555,7 +555,7 @@ mod tests {
             axis("variable = \"C.A\"\nvalues = [1, \"x\"]"),
             "study.toml:4:14: expected a finite number, true or false; found the string \"x\""
         );
-        assert!(axis("variables = [\"C.A\", \"C.B\"]\nvalues = [[1]]").contains("1 values for 2 variables"));
+        assert!(axis("variables = [\"C.A\", \"C.B\"]\nvalues = [[1]]").contains("values in this row: 1; variables: 2"));
         let wrong = axis("variable = \"C.A\"\nuniform = { min = 0, most = 1 }");
         assert!(wrong.starts_with("study.toml:4:11: uniform: unknown field `most`"), "{wrong}");
         assert_eq!(

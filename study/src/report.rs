@@ -434,7 +434,8 @@ fn absent_texts(report: &Report, column: usize) -> Result<Vec<String>> {
     let (without, count) = (summary.runs - summary.failed - of.count, infinite.len() as u64);
     let name = &of.figure.name;
     let absent = (without > count).then(|| sentence(without - count, &of.absent, format!("no {name}")));
-    let infinite = (count > 0).then(|| sentence(count, &infinite, format!("an infinite {name}, which does not count")));
+    let infinite =
+        (count > 0).then(|| sentence(count, &infinite, format!("an infinite {name}, excluded from the statistics")));
     Ok(absent.into_iter().chain(infinite).collect())
 }
 

@@ -149,9 +149,9 @@ fn of_parameters(
     let shown = path.display().to_string();
     let names: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
     let fmu = fmu.or(names.first().copied()).unwrap_or_default();
-    ensure!(names.contains(&fmu), "fmu = {fmu:?}: no such FMU in the loop, only {}", names.join(", "));
+    ensure!(names.contains(&fmu), "fmu = {fmu:?}: no such FMU in the loop; available: {}", names.join(", "));
     let reading = parameters(&shown, &Options::default())?;
-    ensure!(!reading.loops.is_empty(), "{shown} has no loops");
+    ensure!(!reading.loops.is_empty(), "{shown} has no loops: use another file");
     let block = of_fmu(system, fmu, &reading.loops);
     let (loops, others): (Vec<Loop>, Vec<Loop>) =
         reading.loops.iter().cloned().partition(|one| Some(&one.block.name) == block.as_ref());

@@ -195,7 +195,7 @@ impl Tune {
             bail!("nothing to search: add a [[tune.search]] table with `variable`, `min` and `max` for each setting");
         }
         if self.search.len() > MOST_VARIABLES {
-            bail_at!("search", "{} variables are searched: at most {MOST_VARIABLES} are possible", self.search.len());
+            bail_at!("search", "{} variables are searched: use at most {MOST_VARIABLES}", self.search.len());
         }
         for (number, search) in self.search.iter().enumerate() {
             let Search { variable, min, max, .. } = search;

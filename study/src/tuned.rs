@@ -139,9 +139,9 @@ impl Found<'_> {
             for constraint in &problem.constraints {
                 let [new, old] = [best, self.present].map(|of| known(Some(constraint.value(&of.rows))));
                 let state = match (constraint.holds(&best.rows), constraint.holds(&self.present.rows)) {
-                    (false, _) => "broken",
+                    (false, _) => "violated",
                     (true, _) if constraint.is_active(&best.rows) => "active",
-                    (true, false) => "broken now",
+                    (true, false) => "violated now",
                     (true, true) => "",
                 };
                 constraints.push(vec![constraint.0.text.clone(), new, old, state.into()]);

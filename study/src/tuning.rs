@@ -184,7 +184,7 @@ impl Robustness {
         let controller = job.system.members.first().map_or("", |member| &member.name);
         let table = tables.first().and_then(Option::as_ref).with_context(|| {
             format!(
-                "{controller} is a foreign FMU: the meaning of its settings is unknown; bound overshoot instead of Ms"
+                "{controller} is a foreign FMU: the meaning of its settings is unknown; constrain overshoot instead of ms"
             )
         })?;
         let linear = Linear::new(job, &Arc::new(table.clone()))?.with_pulse_former(job, tables)?;
@@ -276,7 +276,7 @@ fn identify(
     let experiments = || descriptions.iter().filter_map(|of| of.default_experiment);
     let start = job.system.start.or(experiments().filter_map(|of| of.start_time).reduce(f64::min)).unwrap_or(0.0);
     let stop = job.system.stop.or(experiments().filter_map(|of| of.stop_time).reduce(f64::max));
-    let stop = tune.step.stop.or(stop).context("the study has no stop time: specify one")?;
+    let stop = tune.step.stop.or(stop).context("the study has no stop time: specify one, such as stop = 600")?;
     let identification = linear.identification(job, &tune.step, start, stop).map_err(advised)?;
     let mut pool = Pool::start(&identification.job, options).context("the loop in manual mode").map_err(advised)?;
     let mut identified = Vec::new();
@@ -310,7 +310,7 @@ fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
             let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
             let hint =
                 near(name, names.iter().copied()).map_or_else(String::new, |near| format!("; did you mean {near}?"));
-            format!("{key}: no figure {name}, only {}{hint}", names.join(", "))
+            format!("{key}: no figure {name}; available: {}{hint}", names.join(", "))
         });
         found.at(key)
     };
@@ -354,7 +354,7 @@ fn variable(job: &Job, search: &mut Search) -> Result<f64> {
     let (member, own) = found.with_context(|| {
         let names: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         format!(
-            "[tune]: {name} is searched, but the loop has no such FMU, only {}; write FMU.VARIABLE",
+            "[tune]: {name} is searched, but the loop has no such FMU: write FMU.VARIABLE, where FMU is one of {}",
             names.join(", ")
         )
     })?;

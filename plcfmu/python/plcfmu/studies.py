@@ -306,7 +306,7 @@ class _Parts:
                 _, header = file.readline(), file.readline()
             if f'"fingerprint":"{self.fingerprint}"'.encode() not in header:
                 raise StudyError(
-                    f"{path} belongs to another study: the study, an FMU or plcfmu has changed since; remove "
+                    f"{path} belongs to another study, or the study, an FMU or plcfmu has changed since; remove "
                     f"{self.folder}, or name another folder"
                 )
 
@@ -325,7 +325,7 @@ class _Parts:
         if any(self.folder.glob("*.part")):
             return False
         raise StudyError(
-            f"{results} contains the results of another study: the study, an FMU, plcfmu or the run table has changed since; "
+            f"{results} contains the results of another study, or the study, an FMU, plcfmu or the run table has changed since; "
             "name another folder, or start over without resume=True"
         )
 

@@ -75,7 +75,10 @@ fn what_cannot_be_read_is_named_with_its_line() {
     let begins = "PID: the dialog line ";
     let cases = [
         ("setpoint: SPP", r#"the dialog line "setpoint: SPP": no variable "SPP"; did you mean SP?"#),
-        ("set point: SP", r#"the dialog line "set point: SP": "set point" is not a role: setpoint, process value"#),
+        (
+            "set point: SP",
+            r#"the dialog line "set point: SP": "set point" is not a role; available: setpoint, process value"#,
+        ),
         ("setpoint: SP, MAN", "setpoint can have at most one name"),
         ("manual: MAN", "manual needs two names: the switch and the value"),
         ("SP, PV_IN", "write ROLE: NAMES, or [Title] to begin a group"),

@@ -134,7 +134,10 @@ fn an_error_names_the_place_and_what_is_expected() {
             "loop.toml:5:11: expected the name of an input, \"FMU.INPUT\", or a list of such names; found 5",
         ),
         ("[[events]]\nset.PID.SP = 5\n", "loop.toml:4:1: missing field `time`"),
-        ("[parameters]\nPDI = { file = \"x.json\" }\n", "loop.toml:5:1: no PDI, only PID, FURNACE; did you mean PID?"),
+        (
+            "[parameters]\nPDI = { file = \"x.json\" }\n",
+            "loop.toml:5:1: no PDI; available: PID, FURNACE; did you mean PID?",
+        ),
     ] {
         let sentence = error(&format!("{FMUS}{text}"));
         assert_eq!(sentence.lines().next().unwrap(), expected);
@@ -154,7 +157,10 @@ fn fmus_may_be_in_another_folder() {
     let system = read(&path, Some(fmus.path()), parameters).unwrap();
     assert_eq!(system.members[0].path, fmus.path().join("PID.fmu"));
     let sentence = format!("{:#}", read(&path, None, parameters).unwrap_err());
-    assert!(sentence.ends_with("; FMUs are searched for next to this file, or in --fmus FOLDER"), "{sentence}");
+    assert!(
+        sentence.ends_with("; FMU paths are relative to the folder of this file, or to --fmus FOLDER"),
+        "{sentence}"
+    );
     let sentence = format!("{:#}", read(&path, Some(&folder.path().join("none")), parameters).unwrap_err());
     assert!(sentence.ends_with("; specify their folder with --fmus, or correct the path"), "{sentence}");
 }
@@ -218,7 +224,7 @@ fn values_of_a_parameter_file_give_way_to_settings() {
     let (folder, path) = folder(&text);
     fs::write(folder.path().join("plant.json"), json).unwrap();
     let sentence = format!("{:#}", read(&path, None, parameters).unwrap_err());
-    assert!(sentence.ends_with("loop.toml:5:37: no LOOPS, only LOOP; did you mean LOOP?"), "{sentence}");
+    assert!(sentence.ends_with("loop.toml:5:37: no LOOPS; available: LOOP; did you mean LOOP?"), "{sentence}");
     fs::write(&path, text.replace("LOOPS", "LOOP") + &format!("[settings]\nPID.{name} = 1\n")).unwrap();
     let system = read(&path, None, parameters).unwrap();
     let (of_file, own): (Vec<_>, Vec<_>) = system.settings.iter().partition(|of| of.is_preliminary);

@@ -107,7 +107,8 @@ impl<C: Component> Run<C> {
             }
         }
         let error = anyhow!(
-            "event iteration does not end: outputs still change after {MOST_UPDATES} updates; step the loop without Event Mode"
+            "event iteration does not end: outputs still change after {MOST_UPDATES} updates; step the loop \
+             without Event Mode (--no-events or event_mode = false)"
         );
         Err(at_time(error, &plan.members[self.at], time))
     }
@@ -148,6 +149,9 @@ impl<C: Component> Running<C> {
                 return self.component.leave_events();
             }
         }
-        Err(anyhow!("event iteration does not end: the FMU requests more than {MOST_UPDATES} updates"))
+        Err(anyhow!(
+            "event iteration does not end: the FMU requests more than {MOST_UPDATES} updates; step the loop without \
+             Event Mode (--no-events or event_mode = false)"
+        ))
     }
 }

@@ -206,7 +206,11 @@ fn a_value_that_its_type_cannot_have_is_refused() {
 fn only_inputs_and_parameters_can_be_set_and_only_when_they_may_change() {
     assert!(error(&system(&[], &["C.LMN=1"])).starts_with("C.LMN cannot be set: its causality is output"));
     assert!(error(&system(&LOOP, &["P.POWER=1"])).ends_with("it is connected to C.LMN"));
-    assert_eq!(error(&system(&[], &["C.CYCLE=1@20"])), "C.CYCLE cannot be set at 20.0 s: it is a fixed parameter");
+    assert_eq!(
+        error(&system(&[], &["C.CYCLE=1@20"])),
+        "C.CYCLE cannot be set at 20.0 s: it is a fixed parameter; during a run, only inputs and tunable parameters \
+         can be set"
+    );
     assert!(plan(&system(&[], &["C.GAIN=1@20"])).is_ok());
     assert!(error(&system(&[], &["C.SP=1@20", "C.SP=2@20"])).contains("set twice"));
     assert!(plan(&system(&[], &["C.SP=1", "C.SP=2@20"])).is_ok());
@@ -230,7 +234,7 @@ fn an_integer_goes_to_a_real_and_nothing_else_to_another_type() {
     assert_eq!(
         error(&system(&["C.HIGH=P.POWER"], &[])),
         "C.HIGH cannot be connected to P.POWER: it is Boolean, but the input is Real: connect a Real output of the \
-         same FMU, such as a mean over the step (LMN)"
+         same FMU, such as a mean over the step (available: LMN)"
     );
     for connection in ["P.TEMP=C.PV_PER", "C.HIGH=C.PV_PER", "P.T_PER=C.ON", "P.TEMP=C.ON"] {
         assert!(error(&system(&[connection], &[])).contains(", but the input is "), "{connection}");
@@ -265,7 +269,7 @@ fn a_wrong_name_says_what_is_near() {
     for (name, expected) in [
         ("C.LMM", "C has no variable LMM; did you mean C.LMN?"),
         ("C.state.sum", "C has no variable state.sum; did you mean C.STATE.SUM?"),
-        ("C.XYZXYZ", "C has no variable XYZXYZ; plcfmu info lists them"),
+        ("C.XYZXYZ", "C has no variable XYZXYZ; plcfmu info lists its variables"),
         ("SP", "SP does not name its FMU: write C.SP"),
         (
             "c.LMN",
@@ -292,7 +296,7 @@ fn the_longest_name_of_an_fmu_decides() {
 fn two_fmus_of_one_name_are_refused() {
     let mut system = system(&[], &[]);
     system.members[1].name = "C".into();
-    assert_eq!(error(&system), "two FMUs are named C: rename one, NAME=P.fmu");
+    assert_eq!(error(&system), "two FMUs are named C: rename one with NAME=P.fmu");
 }
 
 #[test]

@@ -256,13 +256,13 @@ fn a_wrong_axis_is_named_with_what_is_wrong_and_what_to_do() {
         (normal(1.0, 0.1, Some(2.0), Some(1.0)), "normal: min = 2.0 is above max = 1.0: swap them"),
         (
             normal(1.0, 0.1, Some(9.0), None),
-            "normal: min and max leave nothing of the distribution, whose mean is 1.0 and deviation 0.1: use bounds \
-             closer to the mean",
+            "normal: practically no values are within the bounds, since the mean is 1.0 and the deviation 0.1: use \
+             bounds closer to the mean",
         ),
         (Along::LogNormal { median: -1.0, deviation: 0.1 }, "log_normal: median = -1.0: it must be above 0"),
         (
             Along::LogNormal { median: 1.0, deviation: 200.0 },
-            "the deviation is too large: C.GAIN = inf: use values and factors whose products are finite",
+            "the distribution is too wide: C.GAIN = inf: use values and factors whose products are finite",
         ),
         (Along::LogNormal { median: 1.0, deviation: -0.1 }, "log_normal: deviation = -0.1: it must be above 0"),
         (
@@ -290,7 +290,11 @@ fn a_variable_that_cannot_be_varied_says_why() {
             "axis 1 (C.OUT): C.OUT cannot be set: its causality is output; only inputs and parameters can be set",
         ),
         (axis("C.PV_IN", one()), "axis 1 (C.PV_IN): C.PV_IN cannot be set: it is connected to P.TEMP"),
-        (at("C.BITS", 5.0), "axis 1 (C.BITS): C.BITS cannot be set at 5.0 s: it is a fixed parameter"),
+        (
+            at("C.BITS", 5.0),
+            "axis 1 (C.BITS): C.BITS cannot be set at 5.0 s: it is a fixed parameter; during a run, only inputs and \
+             tunable parameters can be set",
+        ),
         (
             at("C.SP", 99.0),
             "axis 1 (C.SP): C.SP cannot be set at 99.0 s: the first step begins at 0.0 s, the last at 59.5 s",
@@ -368,8 +372,8 @@ fn samples_and_runs_have_bounds() {
     job.study.axes = vec![axis("C.GAIN", values(&[1.0]))];
     assert_eq!(
         error(&job),
-        "samples = 70000, but no axis has a distribution: omit `samples`, or give an axis uniform, normal, log_normal \
-         or triangular"
+        "samples = 70000, but no axis has a distribution: omit `samples`, or give an axis a distribution: uniform, \
+         normal, log_normal or triangular"
     );
 }
 
@@ -409,7 +413,7 @@ fn a_number_of_samples_that_is_probably_not_meant_is_a_warning() {
     let single = "samples = 1: each distribution yields a single value; use more samples";
     assert_eq!(resolved(&job).unwrap().warnings, [single]);
     job.study = Study { samples: 1000, sampling: Sampling::Sobol, ..job.study };
-    let uneven = "samples = 1000: a Sobol sequence is most even with a power of 2, such as 1024";
+    let uneven = "samples = 1000: a Sobol sequence is most even if the number of samples is a power of 2, such as 1024";
     assert_eq!(resolved(&job).unwrap().warnings, [uneven]);
     job.study.samples = 1024;
     assert_eq!(resolved(&job).unwrap().warnings, [""; 0]);
@@ -744,8 +748,8 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
     job.study.values = vec![Taken { variable: "P.TEMP".into(), take: vec![Take::Max] }];
     let experiment = none(&job).unwrap();
     assert_eq!(experiment.figures.len(), 1);
-    let warning = "C does not name its setpoint, so there are no figures such as overshoot: name the loop's signals in \
-                   [signals] for them";
+    let warning = "C does not name its setpoint, so there are no figures such as overshoot: to get them, name the \
+                   loop's signals in [signals]";
     assert_eq!((experiment.warnings, experiment.signals), (vec![warning.to_string()], Signals::default()));
     job.study.signals.process_value = Some("P.TEMP".into());
     let expected = "signals: setpoint is missing, and C does not declare it: write setpoint = \"FMU.VARIABLE\"";

@@ -167,7 +167,7 @@ fn runs_without_a_figure_are_counted_and_named() {
         absent_texts(&report, 0).unwrap(),
         [
             "4 runs have no settling: runs 1, 3, 4 and 1 more",
-            "1 run has an infinite settling, which does not count: run 6"
+            "1 run has an infinite settling, excluded from the statistics: run 6"
         ]
     );
 }

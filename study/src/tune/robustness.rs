@@ -278,7 +278,7 @@ impl Linear {
 }
 
 /// The end of a message about a controller without a linear form: the remedy.
-const SENSITIVITY_UNKNOWN: &str = "Ms is not known for it; remove the ms constraint, and bound overshoot instead";
+const SENSITIVITY_UNKNOWN: &str = "Ms cannot be computed for it; constrain overshoot instead of ms";
 
 impl Identification {
     /// For each coordinate of a study's point, whether the points of the identification contain it.

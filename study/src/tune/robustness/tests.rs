@@ -160,10 +160,7 @@ fn ms_is_that_of_the_law_with_the_settings_of_a_candidate() {
 #[test]
 fn a_controller_without_p_action_has_no_ideal_form() {
     let error = error(linear(&job(vec![switch("C.P_SEL", false)])));
-    assert_eq!(
-        error,
-        "the P action of PID is off: Ms is not known for it; remove the ms constraint, and bound overshoot instead"
-    );
+    assert_eq!(error, "the P action of PID is off: Ms cannot be computed for it; constrain overshoot instead of ms");
 }
 
 #[test]
