@@ -72,14 +72,14 @@ pub struct Written {
     pub seen: Vec<f64>,
 }
 
-/// How a computed or connected variable is overwritten.
+/// How a variable is overwritten, even if the FMU computes it or it is connected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Force {
-    /// Once, now.
+    /// Set it once, now.
     Once(f64),
-    /// From now on, before and after each step.
+    /// Keep it at this value from now on, by setting it before and after each step.
     Always(f64),
-    /// No longer.
+    /// Stop keeping it at a value.
     Release,
 }
 
@@ -88,7 +88,7 @@ pub trait Component {
     /// Sets the start of the simulation in seconds, and its end if known.
     ///
     /// # Errors
-    /// The FMU rejects the call, as with all other functions.
+    /// The FMU rejects the call.
     fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()>;
     /// Enters Initialization Mode.
     ///
@@ -113,7 +113,7 @@ pub trait Component {
     /// Overwrites a variable of any kind, which the interface of an FMU does not allow.
     ///
     /// # Errors
-    /// The component supports only its interface.
+    /// The component can be accessed only through the FMI interface.
     fn force(&mut self, _reference: u32, _how: Force) -> Result<()> {
         bail!("only variables of blocks and programs that run without an FMU can be forced")
     }
@@ -160,7 +160,7 @@ pub trait Component {
 pub struct Side<'a> {
     /// The component.
     pub component: &'a mut dyn Any,
-    /// Combines components of its kind.
+    /// Combines it with the components of the other runs.
     pub combine: Combine,
 }
 

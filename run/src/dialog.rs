@@ -46,9 +46,9 @@ pub struct Roles {
     pub manual: Option<(String, String)>,
     /// The switch to manual mode and the manual pulses, up and down, of a controller without a manual value.
     pub manual_pulses: Option<(String, [String; 2])>,
-    /// GAIN, TI, TD and TM_LAG, if the block has them.
+    /// The parameters GAIN, TI, TD and TM_LAG, in this order, as far as the block has them.
     pub controller: Vec<String>,
-    /// The switches for the P, I and D actions.
+    /// The switches for the P, I and D actions, in this order.
     pub structure: Vec<String>,
     /// The pulses: outputs of a controller (up, down or heat, cool), inputs of a plant.
     pub pulses: Vec<String>,
@@ -146,7 +146,7 @@ fn fence(docs: &str) -> Result<Option<Vec<&str>>> {
     Ok(Some(lines))
 }
 
-/// A group for the inputs and one for the other settings, titled `others`.
+/// A group for the inputs, and one titled `others` for the other settings; without empty groups.
 pub fn groups(table: &Table, others: &str) -> Vec<Group> {
     let group = |title: &str, is_of: fn(Role) -> bool| Group {
         title: title.into(),
@@ -222,7 +222,8 @@ fn check(table: &Table, groups: &[Group]) -> Result<()> {
 }
 
 impl Roles {
-    /// The process value compared with the setpoint: the one to plot, if the block specifies it separately.
+    /// The process value that is compared with the setpoint: the one to plot, or `process_value` if there is none to
+    /// plot.
     pub fn compared_process_value(&self) -> Option<&String> {
         self.shown_process_value.as_ref().or(self.process_value.as_ref())
     }

@@ -82,7 +82,7 @@ fn yes() -> bool {
     true
 }
 
-/// The parameter file of an FMU.
+/// An entry of `[parameters]`: the parameter file of an FMU.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ParametersOf {
@@ -271,7 +271,7 @@ impl<'a> Reader<'a> {
         Ok(Reader { source: Source::new(shown, bytes), folder, fmus: fmus.or(Some(folder)), parameters })
     }
 
-    /// The file.
+    /// The name and text of the file.
     pub fn source(&self) -> &Source {
         &self.source
     }
@@ -437,7 +437,7 @@ impl<'a> Reader<'a> {
             Node::Boolean(value) => Ok(Value::Boolean(*value)),
             Node::Number(number) if number.is_finite() => Ok(Value::Number(*number)),
             Node::Whole(whole) => Ok(Value::Whole(*whole)),
-            // TOML's integers do not cover unsigned 64-bit numbers.
+            // Large unsigned 64-bit numbers are written as strings, since TOML's integers do not cover them.
             other => {
                 let whole = if let Node::Text(text) = other { whole(text) } else { None };
                 whole.map(Value::Whole).ok_or_else(|| self.wrong(node, "a finite number, true or false", other))
@@ -456,7 +456,7 @@ impl<'a> Reader<'a> {
         for (key, node) in &table.0 {
             let name = format!("{prefix}{}", key.get_ref());
             match node.get_ref() {
-                // TOML's parser limits the depth.
+                // The recursion is bounded: TOML's parser limits the nesting depth.
                 Node::Table(inner) => self.add(flat, &format!("{name}."), inner),
                 _ => flat.push(Entry { name, place: self.place(key.span()), node }),
             }

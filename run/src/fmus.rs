@@ -47,7 +47,7 @@ pub type Values = BTreeMap<String, Value>;
 pub struct Member {
     /// Its name in the loop.
     pub name: String,
-    /// The FMU's name in the catalogue.
+    /// The name of its FMU, as in [`Fmus`].
     pub fmu: String,
     /// Its settings; other variables have their start values.
     #[serde(default)]

@@ -45,7 +45,8 @@ pub struct Recording {
     pub times: Vec<f64>,
     /// The rows, concatenated.
     values: Vec<f64>,
-    /// The FMU that ended the run early, with the time. The last row then has the values before that step.
+    /// The FMU that ended the run early, with the time. The last row then has the values from before the step in which
+    /// the FMU did so.
     pub ended: Option<String>,
 }
 
@@ -117,7 +118,7 @@ pub struct Thinned {
     count: usize,
     first: f64,
     last: f64,
-    /// For each column, the minimum and maximum of the current group, each with its position there.
+    /// For each column, the minimum and maximum of the current group, each with its position in the group.
     extremes: Vec<[(f64, usize); 2]>,
 }
 
@@ -266,8 +267,8 @@ pub fn run<C: Component>(plan: &Plan, components: &mut [C], progress: impl FnMut
     Ok(recording)
 }
 
-/// Runs the plan like [`run()`], but passes on each row as soon as it is complete. Returns the FMU that ended the run
-/// early, with the time.
+/// Runs the plan like [`run()`], but passes each row to `give` as soon as it is complete. Returns the FMU that ended
+/// the run early, with the time.
 ///
 /// # Errors
 /// As [`run()`], or `give` fails.
@@ -288,7 +289,7 @@ pub fn run_into<C: Component>(
     })
 }
 
-/// Runs the plan like [`run_into`], but passes on the exact values as cells (see [`Type::cell`]).
+/// Runs the plan like [`run_into`], but passes the exact values to `give`, as cells (see [`Type::cell`]).
 ///
 /// # Errors
 /// As [`run_into`].
@@ -347,7 +348,7 @@ pub struct Run<C> {
     is_new: bool,
     /// The last recorded row, as cells (see [`Type::cell`]).
     cells: Vec<f64>,
-    /// The same row as numbers; only if they differ from the cells.
+    /// The same row as numbers; `None` as long as all cells are numbers.
     row: Option<Vec<f64>>,
     /// The columns whose numbers differ from the cells, with their types.
     wide: Vec<(usize, Type)>,
@@ -432,7 +433,7 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Saves the values as those before the step.
+    /// Copies the current values to those from before the step.
     #[inline]
     fn keep(&mut self) {
         let count = self.values.len() / 2;
@@ -459,7 +460,7 @@ impl<C: Component> Run<C> {
         }
     }
 
-    /// Completes the row of a step that ended early, with the values from before it.
+    /// Completes the row of a step in which an FMU ended the run, with the values from before the step.
     fn show_before(&mut self) {
         let count = self.values.len() / 2;
         for (value, place) in self.cells.iter_mut().zip(&self.recorded).filter(|(_, place)| **place >= count) {

@@ -153,7 +153,7 @@ pub struct Column {
     pub is_input: bool,
     /// The member, and the position in its `observed`.
     pub source: (usize, usize),
-    /// Whether it is recorded before its FMU steps: the FMUs that read it receive this value.
+    /// Whether its value from before the step is recorded, since the FMUs that read it receive that value.
     pub is_before_step: bool,
     /// Whether it is computed by an FMU without connected outputs and without Event Mode. A row that shows a call then
     /// has the value produced by the call, and a row that shows a point in time has the value at that time.
@@ -508,7 +508,7 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection, from: Reference<'a>, to:
     let (from_type, to_type) = (from.variable.type_name, to.variable.type_name);
     match (from.kind, to.kind) {
         (from, to) if from == to => {}
-        // An integer out of range is an error at run time; a REAL is rounded as in the PLC.
+        // A value out of the range of an integer type is an error at run time; a REAL is rounded as in the PLC.
         (from, to) if from.whole().is_some() && to.whole().is_some() => {}
         (from, to) if from.is_floating() && to.is_floating() => {}
         // Every 32-bit integer fits into a Real, and every 16-bit one into a Float32.
@@ -599,7 +599,10 @@ fn value_and_cell(kind: Type, given: Value) -> Result<(f64, f64)> {
     value(kind, given).map(|value| (value, kind.cell(value)))
 }
 
-/// Converts a value to the variable's type; an error if it has more digits than a number can hold.
+/// Converts a value to the variable's type.
+///
+/// # Errors
+/// The type does not allow the value, or a double cannot hold it exactly.
 pub fn value(kind: Type, value: Value) -> Result<f64> {
     match (kind, value) {
         (kind, Value::Whole(value)) => match kind.whole() {

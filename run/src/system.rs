@@ -32,9 +32,9 @@ pub struct System {
     /// Whether FMUs with Event Mode are stepped without using it.
     #[serde(default)]
     pub no_events: bool,
-    /// Remarks to the user about the files it was read from.
+    /// Remarks for the user about the files that the system was read from.
     pub remarks: Vec<String>,
-    /// The files it was read from, except FMUs.
+    /// The files that the system was read from, except FMUs.
     #[serde(skip)]
     pub sources: Vec<PathBuf>,
     /// The members that are PLC programs, to be packed as FMUs before the run.

@@ -367,8 +367,9 @@ impl Groups {
     }
 }
 
-/// Curves with calls as points. If they are not exact, each pair of points represents a group of calls: its first and
-/// last call, with the lowest and highest values of each variable in the group in their order of occurrence.
+/// Curves of variables over calls. If they are exact, each call is a point. Otherwise, each pair of points represents a
+/// group of calls: its first and last call, with the lowest and highest values of each variable in the group in their
+/// order of occurrence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
     /// The call indices.

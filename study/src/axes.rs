@@ -193,7 +193,7 @@ impl Axes {
         self.count
     }
 
-    /// The loops of the study's table, if it has one with names.
+    /// The named loops of the study's table; `None` if no axis has names.
     pub(crate) fn loops(&self, study: &Study) -> Option<Loops> {
         let number = study.axes.iter().position(|axis| !axis.names.is_empty())?;
         Some(Loops { names: study.axes[number].names.clone(), runs: self.axes[number].stride * self.samples })

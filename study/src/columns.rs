@@ -23,7 +23,7 @@ pub(crate) struct Spill {
 }
 
 impl Spill {
-    /// Creates an empty store that keeps up to `most` bytes in memory, and its file in `folder`.
+    /// Creates an empty store that keeps up to `most` bytes in memory; beyond that, it uses a file in `folder`.
     pub(crate) fn new(most: usize, folder: &Path) -> Spill {
         Spill { file: RefCell::new(SpooledTempFile::new_in(most, folder)), end: 0, folder: folder.into() }
     }

@@ -105,7 +105,7 @@ fn values(axis: &Axis, row: usize) -> Vec<Value> {
             let value = crate::axes::between(*from, *to, row as u64, *count, *logarithmic);
             vec![Value::Number(value); axis.variables.len()]
         }
-        // Not allowed in a group.
+        // A distribution, which cannot belong to a group.
         _ => Vec::new(),
     }
 }

@@ -219,7 +219,7 @@ pub(super) fn traced(steps: usize) -> impl Iterator<Item = usize> {
     (0..count).map(move |place| if count == 1 { 0 } else { place * (steps - 1) / (count - 1) })
 }
 
-/// A warning for the user if the setpoint never steps in any run.
+/// A warning for the user if the setpoint does not change during any run.
 fn constant_setpoint(study: &Study, system: &System, signals: &Signals, names: &Names) -> Option<String> {
     let setpoint = signals.setpoint.as_ref()?;
     // An output may change by itself.

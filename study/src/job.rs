@@ -1,4 +1,4 @@
-//! The job of a study: a loop, the axes, and the results of each run.
+//! The job of a study: a loop, the axes, and what is computed from each run.
 
 use run::system::{System, Value};
 use serde::{Deserialize, Serialize};
@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 pub struct Job {
     /// The loop.
     pub system: System,
-    /// The axes and the results.
+    /// The axes, and what is computed from each run.
     pub study: Study,
 }
 
-/// The axes of a study, and the results of each run.
+/// The axes of a study, and what is computed from each run.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Study {
@@ -205,17 +205,17 @@ pub struct Window {
     pub to: Option<f64>,
 }
 
-/// A variable from whose values over a run figures are computed.
+/// A variable, and the figures to compute from its values in a run.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Taken {
     /// `FMU.VARIABLE`
     pub variable: String,
-    /// What is computed; the figures are named `FMU.VARIABLE.min` and so on.
+    /// The figures, named `FMU.VARIABLE.min` and so on.
     pub take: Vec<Take>,
 }
 
-/// What is computed from the values of a variable in a whole run.
+/// A figure computed from the values of a variable in a whole run.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Take {

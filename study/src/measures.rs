@@ -236,7 +236,7 @@ impl Measures {
         };
         let pulses = signals.pulses.iter().flatten().map(pulse).collect::<Result<Vec<_>>>()?;
         let figures: Vec<_> = figures::applicable(LoopSignals {
-            // The mean of pulses does not count as travel; variables named by the user do.
+            // With pulses, the manipulated value is their mean, which counts as travel only if the user named it.
             manipulated_value: manipulated.is_some()
                 && (pulses.is_empty() || study.signals.manipulated_value.is_some()),
             pulses: !pulses.is_empty(),

@@ -208,7 +208,7 @@ fn damaged(path: &Path) -> String {
 pub struct Parts {
     folder: PathBuf,
     fingerprint: String,
-    /// The files, by first run and end.
+    /// The files, by their first run and the run after their last.
     files: BTreeMap<(u64, u64), PathBuf>,
 }
 

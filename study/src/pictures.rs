@@ -372,7 +372,7 @@ pub fn curves(
     let mut title =
         format!("{} is {}", of.figure.name, runs.iter().zip(values).map(value).collect::<Vec<_>>().join(", "));
     if absent > 0 {
-        // The worst of the runs that have the figure is not the worst run.
+        // Runs without the figure are worse than the worst run with it.
         title += &format!("; {absent} of {} none", have(count));
     }
     let window = shown_window.filter(|(from, to)| Some(from) != times.first() || Some(to) != times.last());

@@ -1,5 +1,5 @@
-//! A study as a hand-written TOML file, such as `study.toml`: the variations between the runs, and the results of each
-//! run.
+//! A study as a hand-written TOML file, such as `study.toml`: the variations between the runs, and what is computed
+//! from each run.
 //!
 //! ```toml
 //! loop = "furnace.toml"                   # a description as for `plcfmu run`, relative to this file

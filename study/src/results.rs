@@ -82,7 +82,7 @@ pub struct Results {
     columns: Columns,
     /// The loops of the runs, if the study has a table of named loops.
     pub loops: Option<Loops>,
-    /// The reasons for failed runs, by run.
+    /// The reason for the failure of each failed run, by run.
     pub errors: BTreeMap<u64, String>,
 }
 

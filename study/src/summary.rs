@@ -166,7 +166,7 @@ impl Distribution {
         Ok(distribution)
     }
 
-    /// The distribution without correlations, but with the ranks for them.
+    /// The distribution without correlations, and the ranks from which these are computed.
     fn alone(results: &Results, column: usize, worst: usize) -> Result<(Distribution, Ranks)> {
         let values = results.figure(column)?;
         let value = |run: &u32| values[*run as usize];

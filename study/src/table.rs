@@ -31,7 +31,7 @@ pub struct Rows {
     pub remarks: Vec<String>,
 }
 
-/// A parameter file.
+/// The contents of a parameter file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     /// The name of the FMU that receives the values.
