@@ -219,7 +219,7 @@ def test_a_finished_study_is_not_made_again(tolerance, expected, tmp_path, betwe
     assert run(tolerance, out, client, resume=True).count == RUNS
     assert between.ranges() == [] and contents(out) == expected
     (out / "runs.csv").write_bytes(expected["runs.csv"] + b"\n")
-    with pytest.raises(plcfmu.StudyError, match="the run table has changed since; name another folder"):
+    with pytest.raises(plcfmu.StudyError, match="the run table has changed since; choose another folder"):
         run(tolerance, out, client, resume=True)
 
 
@@ -227,7 +227,7 @@ def test_parts_of_another_study_are_refused_before_any_run(tolerance, tmp_path, 
     part = tmp_path / "out" / "parts" / "0-48.part"
     part.parent.mkdir(parents=True)
     part.write_bytes(b'plcfmu part 1\n{"fingerprint":"0123","first":0,"end":48}\n')
-    with pytest.raises(plcfmu.StudyError, match="0-48.part belongs to another study, or .*; remove .*parts, or name another folder"):
+    with pytest.raises(plcfmu.StudyError, match="0-48.part belongs to another study, or .*; remove .*parts, or choose another folder"):
         run(tolerance, tmp_path / "out", client, resume=True)
     assert between.ranges() == []
 

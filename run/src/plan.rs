@@ -699,7 +699,7 @@ impl<'a> Names<'a> {
         let Some(found) = self.descriptions[member].variable(variable) else {
             if let Some(elements) = self.descriptions[member].array(variable) {
                 let count = elements.len();
-                bail!("{name} is an array of {count} values: name one of them, such as {name}[1]");
+                bail!("{name} is an array of {count} values: use one of them, such as {name}[1]");
             }
             let near = near(variable, self.descriptions[member].variables.iter().map(|of| of.name.as_str()));
             let member = self.members[member];

@@ -163,7 +163,7 @@ impl Axes {
                 let targets = targets(axis, system, names)?;
                 for (place, target) in targets.iter().enumerate() {
                     if targets[..place].iter().any(|other| other.is_same(target)) {
-                        bail!("{} is named twice: name it once", target.name);
+                        bail!("{} is named twice: remove one of the two", target.name);
                     }
                     if let Some(other) = axes.targets.iter().position(|other| other.is_same(target)) {
                         let is_of = |axis: &usize| axes.coordinates(*axis).contains(&other);

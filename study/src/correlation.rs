@@ -30,7 +30,7 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
         found.with_context(|| {
             let names = of.variables.join(" and ");
             format!(
-                "correlations: {names}: no axis has a distribution for {name}: name a variable of [[axes]] that has one"
+                "correlations: {names}: no axis has a distribution for {name}: use a variable of an axis that has one"
             )
         })
     };
@@ -44,7 +44,7 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
             let names = of.variables.join(" and ");
             ensure!(
                 first != second,
-                "correlations: {names} belong to the same axis: name variables of two different axes"
+                "correlations: {names} belong to the same axis: use variables of two different axes"
             );
             ensure!(
                 of.rank > -1.0 && of.rank < 1.0,

@@ -152,7 +152,8 @@ impl Experiment {
         let end = plan.time(plan.steps);
         warnings.extend(study.window.from.filter(|from| *from >= end).map(|from| {
             format!(
-                "window: from = {from:?} s is not before the end of the run at {} s: the loop has no figures",
+                "window: from = {from:?} s is not before the end of the run at {} s, so the loop has no figures: \
+                 use an earlier time",
                 short(end)
             )
         }));

@@ -43,7 +43,7 @@ struct Summary {
 /// The results belong to another study, or the table has changed since the study wrote it (the message names the
 /// remedy), or `each` fails.
 pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, each: &mut Take) -> Result<bool> {
-    const REMEDY: &str = "name another folder with --out, or start over without --resume";
+    const REMEDY: &str = "choose another folder with --out, or start over without --resume";
     let path = out.join("summary.json");
     if !path.exists() {
         return Ok(false);

@@ -230,7 +230,7 @@ impl Measures {
         let pulse = |name: &String| {
             let (column, reference) = columns.add(name).context("pulses")?;
             if reference.kind != Type::Boolean {
-                bail!("pulses: {name} is {}: name Boolean variables", reference.kind.name());
+                bail!("pulses: {name} is {}: only Boolean variables can be pulses", reference.kind.name());
             }
             Ok(column)
         };
@@ -264,7 +264,7 @@ impl Measures {
     fn add_value(&mut self, taken: &Taken, columns: &mut Columns) -> Result<()> {
         let (column, reference) = columns.add(&taken.variable)?;
         if taken.take.is_empty() {
-            bail!("{}: `take` is empty: name one or more of min, max, mean and last", taken.variable);
+            bail!("{}: `take` is empty: list one or more of min, max, mean and last", taken.variable);
         }
         for take in &taken.take {
             let (variable, unit) = (columns.columns[column].clone(), columns.unit(&reference));

@@ -171,7 +171,7 @@ fn open(path: &Path, fingerprint: &str) -> Result<Part> {
     (&file).take(MAGIC.len() as u64).read_to_end(&mut head).with_context(unread)?;
     ensure!(
         head == MAGIC,
-        "{shown} is not a part of a study written by this version of plcfmu: name another folder with --out, or omit \
+        "{shown} is not a part of a study written by this version of plcfmu: choose another folder with --out, or omit \
          --resume"
     );
     let content = size.saturating_sub((MAGIC.len() + HASH) as u64);
@@ -187,7 +187,7 @@ fn open(path: &Path, fingerprint: &str) -> Result<Part> {
     let header: Header = serde_json::from_slice(&line).with_context(damaged)?;
     if header.fingerprint != fingerprint {
         bail!(
-            "{shown} belongs to another study, or the study, an FMU or plcfmu has changed since; name another folder \
+            "{shown} belongs to another study, or the study, an FMU or plcfmu has changed since; choose another folder \
              with --out, or start over without --resume"
         );
     }

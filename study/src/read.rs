@@ -192,7 +192,7 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
         let place = of.place.as_ref().filter(|_| is_fmu);
         ensure!(
             place.is_none(),
-            "{}: {name} is an FMU: name its variable, {name}.VARIABLE = VALUE",
+            "{}: {name} is an FMU: set one of its variables, {name}.VARIABLE = VALUE",
             place.map_or_else(String::new, FilePosition::to_string),
             name = of.variable
         );
@@ -261,7 +261,7 @@ fn description(reader: &Reader, path: &Path, fmus: Option<&Path>, file: Option<&
     let shown = path.display();
     let file = file.with_context(|| {
         let place = reader.place(0..0);
-        format!("{place}: the study names no loop: write loop = \"FILE.toml\", a loop description as for plcfmu run")
+        format!("{place}: the study has no loop: write loop = \"FILE.toml\", a loop description as for plcfmu run")
     })?;
     let place = reader.place(file.span());
     let path = path.with_file_name(file.get_ref());
@@ -301,7 +301,7 @@ fn axis(reader: &Reader, axis: &Spanned<AxisOf>) -> Result<Axis> {
         (Some(variable), None) => vec![variable.clone()],
         (None, Some(variables)) if !variables.is_empty() => variables.clone(),
         (Some(_), Some(_)) => bail!("{place}: an axis has either `variable` or `variables`: remove one of them"),
-        _ => bail!("{place}: the axis names no variable: write variable = \"FMU.VARIABLE\""),
+        _ => bail!("{place}: the axis has no variable: write variable = \"FMU.VARIABLE\""),
     };
     let along = match (&axis.values, axis.tables().as_slice()) {
         (Some(values), []) => self::values(reader, values, variables.len())?,
@@ -339,7 +339,7 @@ fn of_file(
     let has_values = axis.values.is_some() || !axis.tables().is_empty();
     ensure!(
         axis.variable.is_none() && axis.variables.is_none() && !has_values && !axis.whole,
-        "{place}: the file names the variables and contains their values: omit the other keys"
+        "{place}: the file specifies the variables and their values: omit the keys for these"
     );
     let rows =
         table::read(&path.with_file_name(file.get_ref()), axis.fmu.as_deref(), system, fixed, reader.parameters());
@@ -539,7 +539,7 @@ mod tests {
     fn what_is_wrong_has_its_place_and_a_remedy() {
         assert_eq!(
             error("stop = 1"),
-            "study.toml:1:1: the study names no loop: write loop = \"FILE.toml\", a loop description as for plcfmu run"
+            "study.toml:1:1: the study has no loop: write loop = \"FILE.toml\", a loop description as for plcfmu run"
         );
         assert!(error("loop = \"none.toml\"").starts_with("study.toml:1:8: no file "));
         let axis = |text: &str| error(&format!("loop = \"loop.toml\"\n[[axes]]\n{text}"));
@@ -588,7 +588,10 @@ mod tests {
         let wrong = axis("variable = \"C.A\"\nvalue = [1]");
         assert!(wrong.starts_with("study.toml:4:1: unknown field `value`, expected one of"), "{wrong}");
         assert!(wrong.ends_with("; did you mean values?"), "{wrong}");
-        assert_eq!(other("[settings]\nC = 3"), "study.toml:3:1: C is an FMU: name its variable, C.VARIABLE = VALUE");
+        assert_eq!(
+            other("[settings]\nC = 3"),
+            "study.toml:3:1: C is an FMU: set one of its variables, C.VARIABLE = VALUE"
+        );
         assert!(error("loop = \"loop.toml\"\nsamples = 0").ends_with("samples must be between 1 and 1000000000"));
     }
 }

@@ -88,7 +88,7 @@ impl Given {
         let Given { variables, rows, names, places, remarks } = self;
         ensure!(
             !variables.is_empty(),
-            "{shown}: no column is a variable: name columns FMU.VARIABLE, such as PUMP.SPEED"
+            "{shown}: no column contains a variable: use column names FMU.VARIABLE, such as PUMP.SPEED"
         );
         ensure!(!rows.is_empty(), "{shown}: the file has no rows: add a row for each loop");
         let mut columns = BTreeMap::new();
@@ -159,7 +159,7 @@ fn of_parameters(
     let blocks = blocks.into_iter().collect::<Vec<_>>().join(", ");
     let Some(first) = loops.first() else {
         bail!(
-            "{shown} has loops of {blocks}, but none for the FMU {fmu}: name the FMU of these loops with fmu = \
+            "{shown} has loops of {blocks}, but none for the FMU {fmu}: specify the FMU of these loops with fmu = \
              \"NAME\", or use another file"
         )
     };

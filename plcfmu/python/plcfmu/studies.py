@@ -307,7 +307,7 @@ class _Parts:
             if f'"fingerprint":"{self.fingerprint}"'.encode() not in header:
                 raise StudyError(
                     f"{path} belongs to another study, or the study, an FMU or plcfmu has changed since; remove "
-                    f"{self.folder}, or name another folder"
+                    f"{self.folder}, or choose another folder"
                 )
 
     def are_finished(self) -> bool:
@@ -326,7 +326,7 @@ class _Parts:
             return False
         raise StudyError(
             f"{results} contains the results of another study, or the study, an FMU, plcfmu or the run table has changed since; "
-            "name another folder, or start over without resume=True"
+            "choose another folder, or start over without resume=True"
         )
 
     def gaps(self) -> list[Span]:

@@ -334,7 +334,7 @@ fn a_variable_that_cannot_be_varied_says_why() {
         ),
         (
             Axis { variables: vec!["C.GAIN".into(), "C.GAIN".into()], ..axis("", one()) },
-            "axis 1 (C.GAIN, C.GAIN): C.GAIN is named twice: name it once",
+            "axis 1 (C.GAIN, C.GAIN): C.GAIN is named twice: remove one of the two",
         ),
     ];
     for (axis, expected) in wrong {
@@ -723,7 +723,8 @@ fn the_window_is_where_the_figures_of_the_loop_are_taken() {
 fn a_loop_whose_figures_cannot_be_said_in_any_run_is_a_warning() {
     let mut job = job(vec![axis("C.GAIN", values(&[0.5]))]);
     job.study.window.from = Some(1e4);
-    let warning = "window: from = 10000.0 s is not before the end of the run at 60 s: the loop has no figures";
+    let warning = "window: from = 10000.0 s is not before the end of the run at 60 s, so the loop has no figures: \
+                   use an earlier time";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.window.from = None;
     job.system.settings.retain(|of| of.time.is_none());
@@ -760,7 +761,7 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
     let of_loop = figures::applicable(figures::LoopSignals::default()).map(|figure| figure.key);
     assert_eq!(names, of_loop.chain(["P.TEMP.max"]).collect::<Vec<_>>());
     job.study.signals.pulses = Some(vec!["C.OUT".into()]);
-    assert_eq!(message(&job), "signals: pulses: C.OUT is Real: name Boolean variables");
+    assert_eq!(message(&job), "signals: pulses: C.OUT is Real: only Boolean variables can be pulses");
     // Named signals take precedence over the table, which supplies the rest.
     job.study.signals.pulses = None;
     let signals = resolved(&job).unwrap().signals;
@@ -777,7 +778,7 @@ fn a_wrong_value_or_limit_says_what_to_do() {
         (
             vec![taken("P.TEMP", &[])],
             vec![],
-            "values: P.TEMP: `take` is empty: name one or more of min, max, mean and last",
+            "values: P.TEMP: `take` is empty: list one or more of min, max, mean and last",
         ),
         (
             vec![taken("P.TEMP", &[Take::Max]), taken("P.TEMP", &[Take::Min, Take::Max])],

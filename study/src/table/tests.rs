@@ -24,7 +24,7 @@ fn a_csv_file_has_a_row_for_each_loop_with_its_name() {
 fn a_table_without_variables_or_with_a_gap_is_refused() {
     assert_eq!(
         error("GAIN,TI\n1,2\n"),
-        "loops.csv: no column is a variable: name columns FMU.VARIABLE, such as PUMP.SPEED"
+        "loops.csv: no column contains a variable: use column names FMU.VARIABLE, such as PUMP.SPEED"
     );
     assert_eq!(
         error("P.GAIN,P.TI\n1,2\n,4\n"),
@@ -80,7 +80,7 @@ fn loops_of_another_block_than_the_fmus_are_left_out_with_a_remark_or_refused() 
     let alone = &SOURCE[SOURCE.find("DATA_BLOCK \"VALVE1\"").unwrap()..];
     let error = format!("{:#}", of_source(alone, &format!("{own}.fmu"), Some("PID")).unwrap_err());
     let expected = format!(
-        "plant.awl has loops of {other}, but none for the FMU PID: name the FMU of these loops with fmu = \"NAME\", or \
+        "plant.awl has loops of {other}, but none for the FMU PID: specify the FMU of these loops with fmu = \"NAME\", or \
          use another file"
     );
     assert!(error.ends_with(&expected), "{error}");
