@@ -46,7 +46,7 @@ pub struct Roles {
     pub manual: Option<(String, String)>,
     /// The switch to manual mode and the manual pulses, up and down, of a controller without a manual value.
     pub manual_pulses: Option<(String, [String; 2])>,
-    /// The parameters GAIN, TI, TD and TM_LAG, in this order, as far as the block has them.
+    /// The parameters GAIN, TI, TD and TM_LAG, in this order; the list may end earlier.
     pub controller: Vec<String>,
     /// The switches for the P, I and D actions, in this order.
     pub structure: Vec<String>,
@@ -357,7 +357,7 @@ impl Roles {
 }
 
 impl Field {
-    /// Whether the field has an effect; `is_on` tells whether a switch is on.
+    /// Whether the field has an effect; `is_on` returns whether a switch is on.
     pub fn is_used(&self, is_on: impl Fn(&str) -> bool) -> bool {
         self.used_if.is_empty()
             || self.used_if.iter().any(|all| all.iter().all(|(name, wanted)| is_on(name) == *wanted))

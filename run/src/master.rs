@@ -348,7 +348,7 @@ pub struct Run<C> {
     is_new: bool,
     /// The last recorded row, as cells (see [`Type::cell`]).
     cells: Vec<f64>,
-    /// The same row as numbers; `None` as long as all cells are numbers.
+    /// The same row as numbers; `None` if all cells are numbers.
     row: Option<Vec<f64>>,
     /// The columns whose numbers differ from the cells, with their types.
     wide: Vec<(usize, Type)>,

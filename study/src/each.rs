@@ -28,8 +28,8 @@ pub struct Tuned {
     pub figure: [Option<f64>; 2],
     /// The value of each constraint, with the settings found and with the current ones.
     pub constraints: Vec<[Option<f64>; 2]>,
-    /// The constraints that are active or that the current settings violate, which explains a figure worse than the
-    /// current one; `None` if there are none.
+    /// The constraints that are active or that the current settings violate, which may explain why the figure is worse
+    /// than now; `None` if there are none.
     pub remark: Option<String>,
     /// Why the settings must not be used, or why there are none; `None` if they meet all constraints.
     pub problem: Option<String>,

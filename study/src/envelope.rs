@@ -33,8 +33,8 @@ fn chosen(count: u64) -> Vec<u64> {
 }
 
 impl Envelope {
-    /// The envelope of the process value; `None` if the study does not know its process value or there are too few
-    /// runs. The runs are repeated with new instances, and `again` receives the number of each with its figures.
+    /// The envelope of the process value; `None` if the loop's process value is unknown or there are too few runs. The
+    /// runs are repeated with new instances, and `again` receives the number of each with its figures.
     ///
     /// # Errors
     /// A worker cannot be started, or `again` fails.

@@ -197,8 +197,8 @@ impl Experiment {
         self.axes.point(run)
     }
 
-    /// The times, in seconds, of the process values in a row with [`Gives::Trace`]; empty if the study does not know
-    /// its process value.
+    /// The times, in seconds, of the process values in a row with [`Gives::Trace`]; empty if the loop's process value
+    /// is unknown.
     pub fn trace_times(&self) -> Vec<f64> {
         let has_loop = self.signals.process_value.is_some();
         traced(self.plan.steps).filter(|_| has_loop).map(|step| self.plan.time(step)).collect()

@@ -332,7 +332,7 @@ impl Collector<'_> {
         self.rows.push(row)
     }
 
-    /// Writes the collected rows if a part is due; to be called while waiting for rows.
+    /// Writes the collected rows if a part is due, for use while no rows arrive.
     ///
     /// # Errors
     /// The part cannot be written.

@@ -172,7 +172,8 @@ impl Pool {
         self.starter.renews
     }
 
-    /// How an FMU crashed or was stopped, with its last output; `None` if none did so after printing something.
+    /// How an FMU crashed or was stopped, with its last output; `None` if no FMU did, or if none of these had printed
+    /// anything.
     pub fn printed(&self) -> Option<String> {
         let printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
         printed.as_ref().map(|(_, text)| text.clone())
@@ -425,8 +426,8 @@ impl Maker<'_> {
             if end == End::Interrupted {
                 return Ok(false);
             }
-            // Which run failed is not known exactly: the worker may not have sent its last few rows. The runs that may
-            // be concerned are repeated by a worker that sends each row immediately.
+            // Which run failed is not known exactly: the worker may not have sent its last few rows. Therefore, the
+            // next few runs are repeated by a worker that sends each row immediately.
             let lost = self.slot.run.map_or(64, |run| (2 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
             let rest = points.split_off(usize::try_from(lost).unwrap_or(usize::MAX).min(points.len()));
             let mut listening = self.starter.start(true)?.0;

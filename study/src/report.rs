@@ -238,7 +238,7 @@ fn seen(text: &str) -> String {
     printable(&units::shown(text))
 }
 
-/// A list of at most ten runs, each with a remark and its settings; `count` is the total number of runs.
+/// A list of at most ten runs, each with a remark and its settings; `count` is the total number of such runs.
 pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item = (u64, String)>) -> Result<String> {
     let mut text = String::new();
     for (run, reason) in runs.take(MOST_RUNS) {

@@ -5,8 +5,7 @@
 //!      <--Reply---- standard output
 //! ```
 //!
-//! All FMUs run in the same thread. Rows are sent a few milliseconds after their run, so that a crash loses few of
-//! them.
+//! All FMUs run in the same thread. Rows are sent within a few milliseconds, so that a crash loses few of them.
 
 use crate::Job;
 use crate::experiment::{Detail, Executor, Experiment, Gives};

@@ -9,8 +9,8 @@ use anyhow::{Result, bail};
 const FEWEST: usize = 16;
 
 impl<C: Component> Run<C> {
-    /// Steps several runs of a plan side by side until the next setting is due or a step is not ordinary; performs no
-    /// step if a setting is due within the next few. Afterwards, each run is in the same state as after that number of
+    /// Steps several runs of a plan side by side until the next setting is due or a step is not ordinary; performs none
+    /// if a setting is due within the next few steps. Afterwards, each run is in the same state as after that number of
     /// [`Run::step`] calls. Returns false if the components do not support it or the first step is not ordinary. The
     /// runs must differ only in values. `record` receives, step by step, each column of the plan with its value in each
     /// run.

@@ -66,8 +66,8 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Switches columns to the values from before the step, with which FMUs that have announced an event are called:
-    /// the columns of their inputs, and of outputs that no later FMU without an announced event reads.
+    /// FMUs that have announced an event are called with the values from before the step. Switches the columns of their
+    /// inputs to these values, and the columns of outputs that only they or earlier FMUs read.
     fn record_what_is_called_with(&mut self, plan: &Plan) {
         let count = self.values.len() / 2;
         let has_calls = |member: usize| self.members[member].own.is_some_and(|events| events.next.is_finite());
