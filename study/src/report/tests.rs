@@ -231,7 +231,7 @@ fn the_page_shows_everything_and_loads_nothing() {
         "<td class=\"not-met\">not met</td>",
         "<td class=\"met\">met</td>",
         "HEATER: it &lt;broke&gt;\u{fffd}",
-        "normal, mean 2.5, deviation 1, not below 1",
+        "normal, mean 2.5, deviation 1, at least 1",
         "4 samples at random, seed 7.",
         "iae is 300 °C s (worst), 200 °C s (median), 100 °C s (best); 1 of 4 runs have none",
         "iae rises with HEATER.GAIN (0.50) and PID.TI (0.50)",

@@ -106,8 +106,8 @@ pub(super) fn axis_part(axis: &Axis) -> AxisPart {
     let list = |values: &[Value]| values.iter().map(value).collect::<Vec<_>>().join(", ");
     let ends = |min: Option<f64>, max: Option<f64>| match (min, max) {
         (Some(min), Some(max)) => format!(", from {} to {}", short(min), short(max)),
-        (Some(min), None) => format!(", not below {}", short(min)),
-        (None, Some(max)) => format!(", not above {}", short(max)),
+        (Some(min), None) => format!(", at least {}", short(min)),
+        (None, Some(max)) => format!(", at most {}", short(max)),
         (None, None) => String::new(),
     };
     let mut values = match &axis.along {
@@ -124,7 +124,7 @@ pub(super) fn axis_part(axis: &Axis) -> AxisPart {
             format!("normal, mean {}, deviation {}{}", short(*mean), short(*deviation), ends(*min, *max))
         }
         Along::LogNormal { median, deviation } => {
-            format!("log-normal, median {}, deviation of the logarithm {}", short(*median), short(*deviation))
+            format!("log-normal, median {}, standard deviation of the logarithm {}", short(*median), short(*deviation))
         }
         Along::Triangular { min, mode, max } => {
             format!("triangular from {} to {}, mode {}", short(*min), short(*max), short(*mode))
