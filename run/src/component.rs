@@ -115,7 +115,7 @@ pub trait Component {
     /// # Errors
     /// The component can be accessed only through the FMI interface.
     fn force(&mut self, _reference: u32, _how: Force) -> Result<()> {
-        bail!("only variables of blocks and programs that run without an FMU can be forced")
+        bail!("this FMU's variables cannot be forced: only blocks and programs that run without their FMU allow that")
     }
     /// Steps from `time` to `time + size`, in seconds.
     ///

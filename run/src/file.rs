@@ -240,7 +240,8 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
 /// # Errors
 /// The text is faulty (the message states line and column) or names a parameter file.
 pub fn parse(name: &str, text: &str) -> Result<System> {
-    let parameters: ReadParameters = |file, _| bail!("{file} cannot be read here");
+    let parameters: ReadParameters =
+        |file, _| bail!("{file}: parameter files cannot be read here; write the values in [settings]");
     let source = Source::new(name, text.as_bytes().to_vec());
     Reader { source, folder: Path::new(""), fmus: None, parameters }.system()
 }

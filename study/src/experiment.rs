@@ -231,9 +231,9 @@ fn constant_setpoint(study: &Study, system: &System, signals: &Signals, names: &
     let has_axis = study.axes.iter().any(|axis| axis.time.is_some() && axis.variables.contains(setpoint));
     (is_set && !is_connected && !has_event && !has_axis).then(|| {
         format!(
-            "{setpoint} does not change during a run: rise, overshoot and settling describe the initial \
-             transient, since the run starts far from the setpoint; for step figures, write [[events]] with time = \
-             SECONDS and set = {{ {setpoint} = VALUE }}"
+            "{setpoint} does not change during a run: rise, overshoot and settling describe the approach to \
+             the setpoint from the start values; to step the setpoint, write [[events]] with time = SECONDS and set = \
+             {{ {setpoint} = VALUE }}"
         )
     })
 }

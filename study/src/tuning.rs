@@ -192,7 +192,7 @@ impl Robustness {
         let ignored: Vec<_> = ignored.collect();
         if !ignored.is_empty() {
             remarks.push(format!(
-                "Ms does not depend on {} here: each plant is identified with the value set in the loop",
+                "Ms does not depend on {} here: each plant is identified with the settings of the loop",
                 ignored.join(" and ")
             ));
         }

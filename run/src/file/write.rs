@@ -33,7 +33,7 @@ pub fn write(system: &System) -> Result<String> {
     }
     text.write_str("\n[fmus]\n")?;
     let unicode = |path: &'_ Path| {
-        path.to_str().map(str::to_string).with_context(|| format!("{} is not valid Unicode", path.display()))
+        path.to_str().map(str::to_string).with_context(|| format!("{} is not valid Unicode: rename it", path.display()))
     };
     for member in &system.members {
         match system.programs.get(&member.name) {

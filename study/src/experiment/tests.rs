@@ -728,8 +728,8 @@ fn a_loop_whose_figures_cannot_be_said_in_any_run_is_a_warning() {
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.window.from = None;
     job.system.settings.retain(|of| of.time.is_none());
-    let warning = "C.SP does not change during a run: rise, overshoot and settling describe the initial transient, since \
-                   the run starts far from the setpoint; for step figures, write [[events]] with time = SECONDS and \
+    let warning = "C.SP does not change during a run: rise, overshoot and settling describe the approach to \
+                   the setpoint from the start values; to step the setpoint, write [[events]] with time = SECONDS and \
                    set = { C.SP = VALUE }";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.axes.push(Axis { time: Some(5.0), ..axis("C.SP", values(&[20.0])) });
