@@ -36,7 +36,7 @@ pub struct Update {
 /// step only has to move values.
 #[derive(Debug)]
 pub struct Wiring {
-    /// The range of the member's values among those of the run.
+    /// The range of the member's values among the run's values.
     pub own: Range<usize>,
     /// The variables that other members read or that are recorded, by type.
     pub read: Vec<Read>,
@@ -51,7 +51,7 @@ pub struct Read {
     pub kind: Type,
     /// Their value references.
     pub references: Vec<u32>,
-    /// The range of their values among those of the run.
+    /// The range of their values among the run's values.
     pub places: Range<usize>,
 }
 
@@ -62,7 +62,7 @@ pub struct Written {
     pub kind: Type,
     /// Their value references.
     pub references: Vec<u32>,
-    /// The positions of their sources among the values of the run.
+    /// The positions of their sources among the run's values.
     pub sources: Vec<usize>,
     /// The positions in this group of the inputs whose values must be converted, with the types of their sources.
     pub converted: Vec<(usize, Type)>,

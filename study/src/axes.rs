@@ -291,8 +291,8 @@ pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: 
 }
 
 impl Resolved {
-    /// The lowest and highest value of the axis for its variable at index `place`; for a distribution, approximately
-    /// those reached with this many samples.
+    /// The lowest and highest value for the axis variable at index `place`; for a distribution, approximately the
+    /// extremes of this many samples.
     fn extremes(&self, place: usize, samples: u64) -> [f64; 2] {
         let among = |values: &mut dyn Iterator<Item = f64>| {
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[min, max], value| [min.min(value), max.max(value)])

@@ -53,8 +53,8 @@ pub enum Gives {
 
 /// A study that is ready to run.
 ///
-/// To run points other than its own, such as those of an optimizer, give the axes any values: they define the
-/// coordinates, and [`Executor::row`] accepts any values for these.
+/// It can also run other points, such as those of an optimizer: the axes then only define the coordinates, and
+/// [`Executor::row`] accepts any values for these.
 #[derive(Clone, Debug)]
 pub struct Experiment {
     /// The plan of a run, with the values of the first point.

@@ -218,7 +218,7 @@ pub fn tornado(results: &Results, summary: &Summary, figure: usize) -> Result<Op
     bars::tornado(&title, &format!("mean of {}", axis(&of.figure)), middle, &bars, halves)
 }
 
-/// A phrase that names those of two coordinates with which a figure rises or falls.
+/// A phrase that names the coordinates with which a figure rises or falls.
 fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> String {
     let name = &of.figure.name;
     if let Some(constant) = constant(of) {

@@ -40,7 +40,7 @@ impl Starter {
         let Starter { renews, exact_door, .. } = *self;
         worker.0.send(&WorkerRequest::Begin { job: self.job.clone(), is_prompt: listens, renews, exact_door });
         let (began, mut calls) = (Instant::now(), 0);
-        // The time limit starts anew with each library. Outside libraries, while FMUs are unpacked, it does not apply for
+        // The time limit restarts with each library. Outside libraries, while FMUs are unpacked, it does not apply for
         // the first minute.
         let reply = worker.0.receive(|witness| {
             let is_next = std::mem::replace(&mut calls, witness.calls()) != calls;

@@ -172,8 +172,8 @@ impl AxisOf {
     }
 }
 
-/// Reads a study from a file. The path of the loop is relative to the folder of the file, those of FMUs are resolved as
-/// in [`file::read`].
+/// Reads a study from a file. The path of the loop is relative to the folder of the file; the paths of FMUs are
+/// resolved as in [`file::read`].
 ///
 /// # Errors
 /// The file is faulty; the message contains file, line and column.
@@ -285,7 +285,7 @@ fn correlation(reader: &Reader, of: &CorrelationOf) -> Result<Correlation> {
     Ok(Correlation { variables: pair, rank: of.rank })
 }
 
-/// Adds settings, which replace those of the same variable and time, except values from parameter files.
+/// Adds settings, which replace existing ones of the same variable and time unless these are from a parameter file.
 fn replace(settings: &mut Vec<Setting>, by: Vec<Setting>) {
     let is_replaced = |of: &Setting| {
         by.iter().any(|other| !of.is_preliminary && of.variable == other.variable && of.time == other.time)

@@ -268,7 +268,7 @@ fn settings(results: &Results, run: u64) -> Result<String> {
     Ok(results.coordinates.iter().zip(results.point(run)?).map(setting).collect::<Vec<_>>().join(", "))
 }
 
-/// Names the given runs of `count` in total: `run 1`, `runs 1, 2, 3 and 7 more`.
+/// Lists the given runs, and how many of `count` are not listed: `run 1`, `runs 1, 2, 3 and 7 more`.
 fn numbers(runs: &[u64], count: u64) -> String {
     let named = runs.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
     let run = if count == 1 { "run" } else { "runs" };

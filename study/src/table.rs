@@ -197,8 +197,8 @@ fn of_parameters(
     Ok(Rows { path: path.into(), axis, remarks, source: Some(Source { fmu: fmu.into(), loops }) })
 }
 
-/// The block of those loops that fit an FMU: the block with the name of its model or its file, else one whose settings
-/// are all variables of the FMU. `None` if there is none.
+/// The block whose loops fit an FMU: the one named like the FMU's model or file, else one whose settings are all
+/// variables of the FMU. `None` if there is none.
 fn of_fmu(system: &System, fmu: &str, loops: &[Loop]) -> Option<String> {
     let path = &system.members.iter().find(|member| member.name == fmu)?.path;
     // Problems with an FMU are reported when it is loaded. A program has no description yet.

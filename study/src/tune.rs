@@ -316,7 +316,8 @@ pub struct Candidate {
     pub rows: Vec<RunResult>,
     /// The minimized figure, combined over the plants; `None` if it is missing for any plant.
     pub objective: Option<f64>,
-    /// The second figure, for the front, combined likewise; `None` also if the problem has none.
+    /// The second figure, for the front, combined over the plants; `None` if it is missing for any plant, or if the
+    /// problem has no second figure.
     pub second: Option<f64>,
     /// The violation: the sum over the constraints, plus, for each figure to minimize, the share of plants that lack
     /// it. 0 if the candidate is feasible.

@@ -35,8 +35,8 @@ impl Found<'_> {
         &self.outcome.candidates[self.outcome.best]
     }
 
-    /// A text that lists the constraints that prevent a better figure, and those that the current settings violate,
-    /// which may be why the current figure is better; `None` if there are none.
+    /// Lists the constraints that prevent a better figure, and those that the current settings violate, which may be
+    /// why the current figure is better; `None` if there are none.
     pub(crate) fn of_constraints(&self) -> Option<String> {
         let one = |constraint: &Constraint| {
             let text = &constraint.0.text;
@@ -283,7 +283,7 @@ fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
     let Some(controller) = system.members.first() else { return Ok(None) };
     let mut one = Loop::new(controller.name.as_str(), block.clone());
     let mut settings: Vec<_> = system.settings.iter().filter(|of| of.time.is_none()).collect();
-    // Other settings override those of a parameter file.
+    // Those from a parameter file come first, so that other settings override them.
     settings.sort_by_key(|of| !of.is_preliminary);
     for setting in settings {
         let own = own_name(&setting.variable, &controller.name);

@@ -292,7 +292,7 @@ fn of_member(job: &Job, name: &str) -> Values {
     let own = |setting: &&Setting| setting.time.is_none();
     let mut values = Values::new();
     let mut settings: Vec<&Setting> = job.system.settings.iter().filter(own).collect();
-    // Other settings override those of a parameter file.
+    // Those from a parameter file come first, so that other settings override them.
     settings.sort_by_key(|setting| !setting.is_preliminary);
     for setting in settings {
         if let Some(variable) = own_name(&setting.variable, name) {
