@@ -1,4 +1,4 @@
-//! Expressions and places.
+//! Prints expressions and places.
 
 use super::facts::{self, is_quiet};
 use super::{Printer, line, scalar};
@@ -81,20 +81,21 @@ impl Printer<'_> {
         })
     }
 
-    /// The value of a statement as C text: without outer parentheses, and cast to a truth value where C has an `int`.
+    /// The whole value of a statement as C text: without outer parentheses, and cast to `u8_t` if it is a truth value
+    /// that has type `int` in C.
     pub(super) fn whole(&mut self, expr: &Expr) -> Result<String, String> {
         let text = self.expr(expr)?;
         let text = bare(&text);
         Ok(if is_int(expr) { format!("(u8_t)({text})") } else { text.to_string() })
     }
 
-    /// Expressions separated by commas.
+    /// Expressions as C text, separated by commas.
     fn joined(&mut self, list: &[&Expr]) -> Result<String, String> {
         let parts = self.exprs(list)?;
         Ok(parts.iter().map(|part| bare(part)).collect::<Vec<_>>().join(", "))
     }
 
-    /// Expressions evaluated from left to right.
+    /// Expressions as C text. One that must be evaluated before a later one is stored in a temporary.
     pub(super) fn exprs(&mut self, list: &[&Expr]) -> Result<Vec<String>, String> {
         let mut printed = Vec::new();
         for (number, expr) in list.iter().enumerate() {
@@ -137,7 +138,8 @@ impl Printer<'_> {
         }
     }
 
-    /// Whether a place has an index checked at run time, so it may resolve to different variables at different times.
+    /// Whether a place has an index that is checked at run time, so that it may resolve to different variables at
+    /// different times.
     pub(super) fn is_checked(&self, place: &Place) -> bool {
         self.indices(place).iter().any(|(_, is_checked)| *is_checked)
     }
@@ -173,7 +175,7 @@ impl Printer<'_> {
         name
     }
 
-    /// Appends the conditions under which two variables are equal.
+    /// Appends the C conditions that must all hold for two variables to be equal.
     fn same(&self, ty: &Type, offset: usize, a: &str, b: &str, parts: &mut Vec<String>) -> Result<(), String> {
         let at = |text: &str| format!("(const char *){text} + {offset}");
         match ty {
@@ -202,7 +204,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// The addresses of two variables, resolved from left to right.
+    /// The addresses of two variables as C text, resolved from left to right.
     pub(super) fn addresses(&mut self, a: &Place, b: &Place) -> Result<(String, String), String> {
         let mut first = self.address(a)?;
         if self.is_found_before(a, self.of_place(b)) {
@@ -290,7 +292,7 @@ impl Printer<'_> {
         Ok(if pointer { format!("(*{text})") } else { text })
     }
 
-    /// The flat index of an array element; consumes its indices from `later`.
+    /// The flat index of an array element as C text; takes the element's indices from the front of `later`.
     fn element(&mut self, later: &mut &[(&Expr, bool)], bounds: Bounds, line: String) -> Result<String, String> {
         let dimensions = match bounds {
             Bounds::Fixed(all) => all.len(),
@@ -323,7 +325,7 @@ impl Printer<'_> {
                 "" | "0" => text,
                 _ => format!("({number}) * (size_t)({high} - {low} + 1) + {text}"),
             };
-            // Evaluation order matters: later indices must not be evaluated first.
+            // C may evaluate later indices first, so this one is stored in a temporary where the order matters.
             let is_before = |(index, is_checked): &(&Expr, bool)| *is_checked || self.runs(index);
             if *is_checked && rest.iter().any(is_before) {
                 number = self.held("size_t ", &number);
@@ -336,30 +338,30 @@ impl Printer<'_> {
 /// Side effects of evaluating an expression or resolving a place.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Effect {
-    /// Statements are printed before it.
+    /// Statements must be printed before it.
     pub runs: bool,
     /// An index is checked at run time, which may stop the call.
     pub stops: bool,
 }
 
 impl Effect {
-    /// The union of both effects.
+    /// The side effects of doing both.
     pub(super) fn and(self, other: Effect) -> Effect {
         Effect { runs: self.runs || other.runs, stops: self.stops || other.stops }
     }
 }
 
-/// The bounds of an array.
+/// The bounds of an array's indices.
 #[derive(Clone, Copy)]
 enum Bounds<'a> {
     /// The lower and upper bound of each dimension.
     Fixed(&'a [(i32, i32)]),
-    /// The name of the parameter along with which the caller passes the bounds, and the number of dimensions.
+    /// The name of an open array, whose bounds are passed in the parameter `NAME_bounds`, and its number of dimensions.
     Open(&'a str, usize),
 }
 
-/// Whether an expression has type `int` in C although it is a truth value: a negated floating-point comparison, or two
-/// combined comparisons.
+/// Whether an expression has type `int` in C although it is a truth value: a negated floating-point comparison,
+/// combined comparisons, or a choice between truth values that are not both variables.
 fn is_int(expr: &Expr) -> bool {
     let compares = |it: &Expr| match it {
         Expr::Binary(op, ty, ..) => op.compares() && ty.is_float(),
@@ -375,7 +377,7 @@ fn is_int(expr: &Expr) -> bool {
     }
 }
 
-/// The C operator, and whether it is valid for all types.
+/// The C operator, and whether it can be used for all types.
 fn symbol(op: Binary) -> Option<(&'static str, bool)> {
     Some(match op {
         Binary::Add => ("+", false),

@@ -7,19 +7,19 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Facts about one function.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Facts {
-    /// Whether it can be stopped or reads the time.
+    /// Whether it has the parameter `call`: it can be stopped, reads the time or can be called from outside.
     pub needs_call: bool,
-    /// Whether it accesses the program's memory.
+    /// Whether it has the parameter `memory`: it accesses the program's memory or can be called from outside.
     pub needs_memory: bool,
     /// Whether it writes only to its own locals and cannot be stopped.
     pub is_pure: bool,
     /// The local with the return value, if the only output is one number.
     pub returns: Option<usize>,
-    /// The other locals that a call copies to the caller.
+    /// The locals that a call copies to the caller, except `returns`.
     pub outs: BTreeSet<usize>,
 }
 
-/// The functions that can be called from outside and everything they call, callees first.
+/// The functions that can be called from outside and all their direct and indirect callees, callees first.
 pub(super) fn reached(program: &Program) -> Vec<usize> {
     let entries = program.functions.iter().enumerate().filter(|(_, function)| is_entry(function));
     walk::reached(program, &entries.map(|(number, _)| number).collect::<Vec<_>>())
@@ -35,12 +35,13 @@ pub(super) fn may_not_end(body: &[Statement]) -> bool {
     walk::any(body, |what| matches!(what, What::While(..) | What::Repeat(..) | What::For(_) | What::Goto(_)))
 }
 
-/// Whether any of the statements leaves the function.
+/// Whether the statements contain a RETURN, at any depth.
 pub(super) fn may_leave(body: &[Statement]) -> bool {
     walk::any(body, |what| matches!(what, What::Return))
 }
 
-/// The facts of the reached functions, in their order.
+/// The facts by function number, set only for the reached functions, which are listed callees first. `counts` means
+/// that statements are counted.
 pub(super) fn facts(program: &Program, reached: &[usize], counts: bool) -> Vec<Facts> {
     let mut facts = vec![Facts::default(); program.functions.len()];
     struct Outputs<'a>(&'a mut [Facts]);
@@ -140,7 +141,7 @@ impl Look for Finds<'_> {
     }
 }
 
-/// Whether a place has an index, which needs a check.
+/// Whether a place has an index, which may need a bounds check.
 pub(super) fn has_index(place: &Place) -> bool {
     place.steps.iter().any(|step| matches!(step, Step::Index(..)))
 }
@@ -173,7 +174,7 @@ pub(super) struct Uses<'a> {
 }
 
 impl<'a> Uses<'a> {
-    /// Counts the uses in a function's body. Variables that a call copies out are also used at the end.
+    /// Counts the uses in a function's body. Locals copied to the caller have one more use, at the end.
     pub(super) fn new(facts: &'a [Facts], number: usize, body: &[Statement]) -> Uses<'a> {
         let mut uses = Uses { facts, counts: BTreeMap::new(), through: BTreeSet::new(), read: BTreeSet::new() };
         let own = &facts[number];
@@ -220,7 +221,7 @@ impl<'a> Uses<'a> {
         }
     }
 
-    /// The value of a whole statement may come from a call with side effects.
+    /// Notes the local if the whole value or condition of a statement is a call; this call may have side effects.
     fn whole(&mut self, value: &Expr) {
         if !self.facts.is_empty() {
             self.through.extend(taken(value, self.facts).map(|(_, local)| local));
@@ -328,7 +329,8 @@ fn simplified_one(what: &What, facts: &[Facts]) -> What {
     }
 }
 
-/// The type of a conditional expression that fits on one line; `None` if it is too long.
+/// The type of a conditional expression with these parts; `None` if it is too long for one line, or if the order of
+/// evaluation matters.
 fn short(parts: &[&Expr; 3], facts: &[Facts]) -> Option<Scalar> {
     struct Size(usize);
     impl Look for Size {

@@ -30,7 +30,7 @@ typedef char integers_have_these_bits[sizeof(i16_t) == 2 && sizeof(i32_t) == 4 &
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0
 #error "compile without -ffinite-math-only: it changes the results of this program"
 #endif
-/* 16: only _Float16 is computed with more digits than it has, on processors with instructions for it. */
+/* 16, on processors with instructions for _Float16, differs from 0 only for _Float16. */
 #if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0 && __FLT_EVAL_METHOD__ != 16
 #error "compile for SSE or another unit that rounds each operation: x87 changes the results of this program"
 #endif

@@ -11,7 +11,7 @@ static double no_number(void) {
 }
 
 # tiny
-/* Below 2^-27, sine, tangent and their inverses equal their rounded argument. */
+/* 2^-27: for magnitudes below it, sine, tangent and their inverses round to their argument. */
 static double tiny(void) {
     return 7.450580596923828e-9;
 }
@@ -70,8 +70,8 @@ static twofold_t twofold_minus(twofold_t a) {
 }
 
 # polynomial
-/* The polynomial with these coefficients, the constant first: the first `wide` in twice the precision, those of higher powers, which
-   contribute little, in binary64. */
+/* The value at x of the polynomial with these coefficients, the constant first. The first `wide` terms are computed in twice the
+   precision; those of higher powers, which contribute little, in binary64. */
 static twofold_t polynomial(twofold_t x, twofolds_t coefficients, size_t count, size_t wide) {
     double narrow = 0.0;
     size_t n = count;
@@ -89,17 +89,17 @@ static twofold_t polynomial(twofold_t x, twofolds_t coefficients, size_t count, 
 }
 
 # nearest
-/* The nearest whole number to one below 2^51, ties to even: 1.5 * 2^52 leaves no bit for a fraction. */
+/* The whole number nearest to x, ties to even, for magnitudes below 2^51: adding 1.5 * 2^52 leaves no bit for a fraction. */
 static double nearest(double x) {
     return (x + 6755399441055744.0) - 6755399441055744.0;
 }
 
 # scaled
-/* The number times 2^k, rounded once, even for subnormal results. */
+/* x * 2^k, rounded only once, even if the result is subnormal. */
 static double scaled(twofold_t x, i64_t k) {
     double number = x.high;
     if (k < -1021) {
-        /* After this is added, the last bit is that of the smallest number. */
+        /* The last bit of a sum with this offset corresponds to that of a subnormal result. */
         double offset = power_of_2(-1022 - k);
         if (number < offset) {
             twofold_t with_offset = exact_sum(offset, number);
@@ -110,14 +110,15 @@ static double scaled(twofold_t x, i64_t k) {
 }
 
 # times_ln_2
-/* k * ln(2) for a whole number below 2^12. Of the three parts of ln(2), the first two have 41 bits: their products are exact. */
+/* k * ln(2) for a whole k of magnitude below 2^12. Of the three parts of ln(2), the first two have 41 bits, so that their products
+   are exact. */
 static twofold_t times_ln_2(double k) {
     twofold_t parts = ordered_sum(k * 0.693147180559663, k * 2.8235290563014906e-13);
     return twofold_sum(parts, twofold_of(k * 1.667085920830552e-25, 0.0));
 }
 
 # exponential
-/* e^x, rounded: x = k ln(2) + r with r of at most 0.35. */
+/* e^x, rounded: x = k ln(2) + r with |r| < 0.35. */
 static double exponential(twofold_t x) {
     /* 1 / n! */
     static const twofold_t coefficients[17] = {
@@ -154,7 +155,7 @@ static double exponential(twofold_t x) {
 }
 
 # odd_polynomial
-/* The polynomial with the coefficients 1 / (2 n + 1), as many as `count`. */
+/* The value at x of the polynomial with the coefficients 1 / (2 n + 1) for n from 0 to `count` - 1. */
 static twofold_t odd_polynomial(twofold_t x, size_t count, size_t wide) {
     static const twofold_t coefficients[14] = {
         {1.0, 0.0},
@@ -197,7 +198,7 @@ static twofold_t logarithm(double x) {
 }
 
 # digit_from
-/* 32 bits of a 10-digit number, starting at this bit. */
+/* 32 bits, from this bit upward, of a number with ten 32-bit digits, lowest first. */
 static u64_t digit_from(digits_t digits, i64_t bit) {
     size_t n = place_of(bit / 32);
     u64_t above = 0;
@@ -277,7 +278,7 @@ static turn_t quadrant(double x) {
 }
 
 # sine
-/* The sine of an angle of at most pi/4. */
+/* The sine of an angle of magnitude at most pi/4. */
 static twofold_t sine(twofold_t x) {
     /* (-1)^n / (2 n + 1)! */
     static const twofold_t coefficients[10] = {
@@ -296,7 +297,7 @@ static twofold_t sine(twofold_t x) {
 }
 
 # cosine
-/* The cosine of an angle of at most pi/4. */
+/* The cosine of an angle of magnitude at most pi/4. */
 static twofold_t cosine(twofold_t x) {
     /* (-1)^n / (2 n)! */
     static const twofold_t coefficients[11] = {
@@ -456,7 +457,7 @@ static double tan_f64(double x) {
 }
 
 # asin_f64
-/* The angle from -pi/2 to pi/2 with this sine; NaN beyond 1. */
+/* The angle from -pi/2 to pi/2 whose sine is x; NaN if x is not from -1 to 1. */
 static double asin_f64(double x) {
     if (!(abs_f64(x) <= 1.0)) {
         return no_number();
@@ -468,7 +469,7 @@ static double asin_f64(double x) {
 }
 
 # acos_f64
-/* The angle from 0 to pi with this cosine; NaN beyond 1. */
+/* The angle from 0 to pi whose cosine is x; NaN if x is not from -1 to 1. */
 static double acos_f64(double x) {
     twofold_t angle;
     if (!(abs_f64(x) <= 1.0)) {
@@ -482,7 +483,7 @@ static double acos_f64(double x) {
 }
 
 # atan_f64
-/* The angle from -pi/2 to pi/2 with this tangent. */
+/* The angle from -pi/2 to pi/2 whose tangent is x. */
 static double atan_f64(double x) {
     if (!(abs_f64(x) >= tiny())) {
         return x;
@@ -504,7 +505,7 @@ static double pow_f64(double x, double y) {
     if (!(x == x && y == y)) {
         return no_number();
     }
-    /* Negative x with odd y; from 2^53 upward, all numbers are even. */
+    /* The result is negative if x is negative (or -0) and y is odd; from 2^53 upward, all numbers are even. */
     if (trunc_f64(y) == y && trunc_f64(y / 2.0) != y / 2.0 && bits_f64(x) >> 63 == 1) {
         sign = -1.0;
     }
@@ -527,7 +528,7 @@ static double pow_f64(double x, double y) {
         }
         return sign * 0.0;
     }
-    /* 2^-70: for less, the exponential rounds to 1. */
+    /* 2^-70: for a smaller exponent, the result rounds to 1. */
     if (size < 8.470329472543003e-22) {
         return 1.0;
     }

@@ -2,7 +2,7 @@
 //! of the source, and computes the same results as the machine to the last bit.
 //!
 //! Structures have the layout of [`Program`]'s records on all common platforms, so a program's memory has the same
-//! bytes in both.
+//! bytes in C as in the machine.
 
 mod expr;
 mod facts;
@@ -15,13 +15,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::sync::LazyLock;
 
-/// The preamble of every program.
+/// The preamble of every printed program.
 const HEAD: &str = include_str!("head.h");
 
-/// The maximum line width.
+/// The line width, in columns, above which an assignment takes two lines and a member's comment its own line.
 const WIDTH: usize = 120;
 
-/// Words reserved in C or C++.
+/// Words reserved in C or C++, common macros of compilers and headers, and the macros and constants of printed code.
 const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl concept const \
     const_cast constexpr continue decltype default delete do double dynamic_cast else enum explicit export extern false float for \
     friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public \
@@ -38,11 +38,12 @@ const TAKEN: &str = "call constants done memory self start stop abs acos acosh a
 
 /// Prints the program as C, with a function `PROGRAM void NAME(call_t *call, memory_t *memory)` for each function that
 /// can be called from outside ([`name`]), and `PROGRAM void start(memory_t *memory)`, which writes the start values.
-/// Everything else is static. A host in the same file defines `PROGRAM` first, for example as `static`. A program that
-/// can be stopped calls `stop`, `index_of` or `goes_on`.
+/// Everything else is static. A host in the same file defines `PROGRAM` first, for example as `static`. If calls of the
+/// program can be stopped, its text contains a call of `stop`, `index_of` or `goes_on`.
 ///
 /// # Errors
-/// The program uses blocks from [`blocks`] whose laws have not been added ([`Program::add_law`]).
+/// The program is inconsistent, or it uses blocks from [`blocks`] whose laws have not been added
+/// ([`Program::add_law`]).
 pub fn print(program: &Program) -> Result<String, String> {
     let mut printer = Printer::new(program);
     let functions = printer.functions()?;
@@ -96,7 +97,7 @@ struct Printer<'a> {
     /// The member names of each record.
     members: Vec<Vec<String>>,
     function_names: Vec<String>,
-    /// The functions to print, in order.
+    /// The functions to print, in order: callees first.
     reached: Vec<usize>,
     facts: Vec<Facts>,
     /// Whether statements are counted, because a loop might not terminate.
@@ -114,7 +115,7 @@ struct Scope<'a> {
     function: Option<&'a Function>,
     number: usize,
     locals: Vec<PrintedLocal>,
-    /// The arguments `call`, `memory` and `self` named so far.
+    /// Those of the arguments `call`, `memory` and `self` that the statements printed so far use.
     named: BTreeSet<&'static str>,
     /// The declarations of temporaries.
     temporaries: Vec<String>,
@@ -128,7 +129,7 @@ struct Scope<'a> {
     direct: Option<usize>,
     /// Whether this function counts statements.
     counts: bool,
-    /// Whether the last of `runs` is still open.
+    /// Whether the next statement belongs to the last of `runs`.
     is_run: bool,
     /// The runs of statements started so far.
     runs: Vec<Run>,
@@ -138,7 +139,7 @@ struct Scope<'a> {
 
 /// Statements whose budget is deducted together.
 struct Run {
-    /// The position in the text where their number is inserted.
+    /// The position in the text where the number of statements is inserted.
     at: usize,
     count: usize,
 }
@@ -154,8 +155,9 @@ struct PrintedLocal {
     is_pending: bool,
     /// Whether its value is read anywhere.
     is_read: bool,
-    /// Whether the statements printed so far name it, and the bounds of its array.
+    /// Whether the statements printed so far name it.
     is_named: bool,
+    /// Whether the statements printed so far name the bounds of its array.
     has_named_bounds: bool,
 }
 
@@ -175,7 +177,7 @@ fn scalar(ty: Scalar) -> &'static str {
     }
 }
 
-/// Unique C identifiers consisting of ASCII letters, digits and underscores, avoiding those already taken.
+/// Converts names to unique C identifiers of ASCII letters, digits and underscores, avoiding those that are taken.
 fn names<'a>(of: impl IntoIterator<Item = &'a str>, is_taken: impl Fn(&str) -> bool) -> Vec<String> {
     let mut taken: BTreeMap<String, usize> = BTreeMap::new();
     let mut all: Vec<String> = Vec::new();
@@ -197,13 +199,13 @@ fn names<'a>(of: impl IntoIterator<Item = &'a str>, is_taken: impl Fn(&str) -> b
     all
 }
 
-/// Whether a word is a reserved word or a macro.
+/// Whether a name is a reserved word or a macro.
 fn is_keyword(name: &str) -> bool {
     static WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| KEYWORDS.split_whitespace().collect());
     WORDS.contains(name)
 }
 
-/// Whether a variable or function cannot have this name.
+/// Whether this name is not allowed for a variable or function.
 fn is_taken(name: &str) -> bool {
     static WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| TAKEN.split_whitespace().collect());
     is_keyword(name) || WORDS.contains(name) || operations::exists(name)
@@ -212,7 +214,7 @@ fn is_taken(name: &str) -> bool {
 /// Names that a record cannot have because, with the suffix `_t`, they denote other types.
 const TYPES: &str = "memory constants call twofold twofolds digits turn size ptrdiff wchar intmax uintmax intptr";
 
-/// Whether a record cannot have this name.
+/// Whether this name is not allowed for a record.
 fn is_type(name: &str) -> bool {
     let is_number = ["i", "u", "text_", "wide_"].iter().any(|prefix| {
         name.strip_prefix(prefix).is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit()))
@@ -373,8 +375,8 @@ impl<'a> Printer<'a> {
         let _ = writeln!(self.text, "}} {}_t;", self.records[number]);
     }
 
-    /// The instance of a block inside a program, packed like the block's stored state: variables, internal state,
-    /// memory.
+    /// Prints the type of a block's instance inside a program, packed like the block's stored state: variables,
+    /// internal state, memory.
     fn packed(&mut self, number: usize) {
         let record = &self.program.records[number];
         let mut members: Vec<_> = record.members.iter().zip(&self.members[number]).collect();
@@ -414,7 +416,7 @@ impl<'a> Printer<'a> {
             self.text,
             "\n/* Writes the start values. */\nPROGRAM void start(memory_t *memory);\nPROGRAM void start(memory_t *memory) {{"
         );
-        // Too many assignments: copy the start values as bytes.
+        // With more assignments than that, the start values are copied as bytes.
         if lines.len() > 1000 {
             let _ = writeln!(
                 self.text,
@@ -602,7 +604,7 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    /// The locals of the function before its statements are printed.
+    /// How the locals of a function are to be printed, before any of its statements has been printed.
     fn locals(&self, function: &Function, body: &[Statement], has_jumps: bool) -> Vec<PrintedLocal> {
         let Scope { number, direct, counts, .. } = self.scope;
         let facts = &self.facts[number];
@@ -621,8 +623,8 @@ impl<'a> Printer<'a> {
         printed.collect()
     }
 
-    /// The function that calls a block of another program: the instance has the layout of a saved state, without
-    /// padding.
+    /// Prints the function that runs the law of a block ([`Program::add_law`]). The block's instance has the layout of
+    /// a saved state, without padding, so the function copies it to a record of the law and back.
     fn law(&mut self, number: usize, name: &str) -> Result<(), String> {
         let law = self.program.docs.laws.get(&number).copied();
         let (Some(law), Some(record)) = (law, law.and_then(|law| self.program.functions[law].instance)) else {
@@ -663,19 +665,19 @@ impl<'a> Printer<'a> {
         let _ = writeln!(self.text, "{:width$}{text}", "", width = 4 * self.scope.indent);
     }
 
-    /// The name of the argument `call`, `memory` or `self`.
+    /// Returns the name of the argument `call`, `memory` or `self`, and notes that it is used.
     fn argument(&mut self, name: &'static str) -> String {
         self.scope.named.insert(name);
         name.to_string()
     }
 
-    /// The name of a local in a statement.
+    /// Returns the name of a local, and notes that a statement uses it.
     fn local(&mut self, local: usize) -> String {
         self.scope.locals[local].is_named = true;
         self.scope.locals[local].name.clone()
     }
 
-    /// The name of a new temporary.
+    /// Declares a new temporary and returns its name; `declared` returns the declaration of a variable with that name.
     fn temporary(&mut self, declared: impl FnOnce(&Self, &str) -> String) -> String {
         let name = format!("t_{}", self.scope.temporaries.len());
         let declared = declared(self, &name);

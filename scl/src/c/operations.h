@@ -7,7 +7,7 @@
 #endif
 
 # LINE
-/* A line in one of the sources. */
+/* A line in the source file with this number. */
 #define LINE(file, line) ((file) << 24 | (line))
 
 # call_t
@@ -25,7 +25,7 @@ typedef struct {
 enum { OUT_OF_BOUNDS = 1, OUT_OF_BUDGET = 2, STEP_OF_0 = 3 };
 
 # stop
-/* Stops a call: its results are discarded, and the caller restores the memory. */
+/* Stops a call: its results are discarded, and the caller restores the memory. Only the first cause is kept. */
 static void stop(call_t *call, i32_t cause, i32_t line) {
     if (call->stopped == 0) {
         call->stopped = line;
@@ -49,7 +49,7 @@ static size_t index_of(call_t *call, i64_t index, i64_t low, i64_t high, i32_t l
 }
 
 # goes_on
-/* Whether a loop may continue. */
+/* Whether a loop may continue; stops the call if the budget is exceeded. */
 static int goes_on(call_t *call, i32_t line) {
     call->budget -= 1;
     if (call->budget < 0) {
@@ -59,7 +59,7 @@ static int goes_on(call_t *call, i32_t line) {
 }
 
 # goes_in
-/* Whether a function may be called. */
+/* Whether a function may be called; stops the call if the budget is exceeded. */
 static int goes_in(call_t *call, i32_t line) {
     if (call->budget < 0) {
         stop(call, OUT_OF_BUDGET, line);
@@ -207,7 +207,7 @@ static $T swap_$t($T a) {
 }
 
 # step_* signed
-/* The next value of a loop counter; returns whether it overflows the type. */
+/* Adds the step to a loop counter; returns whether the sum overflows the type. */
 static int step_$t($T *a, $T step) {
     $T sum = add_$t(*a, step);
     int beyond = step < 0 ? sum > *a : sum < *a;
@@ -216,7 +216,7 @@ static int step_$t($T *a, $T step) {
 }
 
 # step_* unsigned
-/* The next value of a loop counter; returns whether it overflows the type. */
+/* Adds the step to a loop counter; returns whether the sum overflows the type. */
 static int step_$t($T *a, $T step) {
     $T sum = add_$t(*a, step);
     int beyond = sum < *a;
@@ -237,13 +237,13 @@ static $T max_$t($T a, $T b) {
 }
 
 # limit_*
-/* The median; x if the lowest is above the highest, or if x is NaN. */
+/* x, limited to low..high; x itself if low is above high, or if x is NaN. */
 static $T limit_$t($T low, $T x, $T high) {
     return high < low ? x : x < low ? low : high < x ? high : x;
 }
 
 # ne_*
-/* Whether one of them is greater. */
+/* Whether one of the numbers is greater than the other: false if one is NaN. */
 static u8_t ne_$t($T a, $T b) {
     return (u8_t)(a < b || a > b);
 }
@@ -296,7 +296,7 @@ static $T abs_$t($T a) {
 }
 
 # is_whole
-/* From 2^52 upward, every number is whole; NaN counts as whole. */
+/* Whether x is whole because its magnitude is at least 2^52; NaN counts as whole. */
 static int is_whole(double x) {
     return !(x > -4503599627370496.0 && x < 4503599627370496.0);
 }
@@ -398,7 +398,7 @@ static double sqrt_f64(double x) {
 }
 
 # length_of
-/* Strings: a length, then characters of one or two bytes. */
+/* The length of a string, at most its capacity. A string is a 16-bit length, then characters of one or two bytes. */
 static size_t length_of(const void *text, size_t capacity) {
     u16_t length;
     memcpy(&length, text, sizeof length);

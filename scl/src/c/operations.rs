@@ -1,4 +1,4 @@
-//! The operations in C: prints those a program uses, with their dependencies.
+//! The operations in C: returns the text of those that a program uses, with their dependencies.
 
 use super::scalar;
 use crate::ir::Scalar;
@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 /// All operations: each is a line `# name` followed by its text. `*` in a name matches any type in the class after it;
-/// `*_f32` matches any function defined for binary64. In Rust, the mathematics are the body of a macro.
+/// `*_f32` matches any function defined for binary64. `mathematics.h` is also Rust: the input of a macro.
 const OPERATIONS: [&str; 2] = [include_str!("operations.h"), include_str!("mathematics.h")];
 
 /// The operations: name, class and text.
@@ -20,7 +20,7 @@ static PARTS: LazyLock<Vec<(&str, &str, &str)>> = LazyLock::new(|| {
     texts.flat_map(|text| text.split("\n# ")).filter_map(part).collect()
 });
 
-/// The text of an operation.
+/// The C text of the operation with this name, for example `add_i16`.
 fn text(name: &str) -> Option<String> {
     if let Some((.., text)) = PARTS.iter().find(|(it, ..)| *it == name) {
         return Some(text.to_string());
@@ -51,7 +51,7 @@ pub(super) fn exists(name: &str) -> bool {
     text(name).is_some()
 }
 
-/// The operations used in a C text, dependencies first.
+/// The text of the operations used in a C text, dependencies first.
 pub(super) fn used(by: &str) -> String {
     fn add(by: &str, done: &mut BTreeSet<String>, into: &mut String) {
         let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -60,7 +60,7 @@ pub(super) fn used(by: &str) -> String {
             rest = &rest[begin..];
             let (name, behind) = rest.split_at(rest.find(|c| !is_letter(c)).unwrap_or(rest.len()));
             rest = behind;
-            // Comments contain these words as well.
+            // All other names must be followed by a parenthesis, because comments contain such words as well.
             let is_word = ["AT_8", "call_t", "twofold_t", "twofolds_t", "digits_t", "turn_t"].contains(&name);
             if !is_word && !behind.starts_with('(') {
                 continue;

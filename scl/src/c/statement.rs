@@ -1,4 +1,4 @@
-//! Statements.
+//! Prints statements.
 
 use super::expr::{Effect, bare, constant};
 use super::facts::{self, Uses};
@@ -6,7 +6,7 @@ use super::{PrintedLocal, Printer, Run, WIDTH, comment, line, scalar};
 use crate::ir::{Argument, Call, Expr, For, Place, Scalar, Statement, Type, Value, What};
 
 impl Printer<'_> {
-    /// The statements of a function.
+    /// Prints the statements of a function's body.
     pub(super) fn body(&mut self, list: &[Statement]) -> Result<(), String> {
         self.list(list, true)
     }
@@ -48,7 +48,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Counts a statement, as the machine does.
+    /// Deducts a statement from the budget, if statements are counted, as the machine does.
     fn mark(&mut self) {
         if !self.scope.counts {
             return;
@@ -63,7 +63,7 @@ impl Printer<'_> {
         }
     }
 
-    /// Declares the locals whose first use is in this statement and whose other uses are later in the same list.
+    /// Declares the pending locals that this statement uses first, unless only one branch of it uses them.
     fn declare(&mut self, statement: &Statement, rest: &[Statement]) {
         if !self.scope.locals.iter().any(|local| local.is_pending) {
             return;
@@ -221,7 +221,7 @@ impl Printer<'_> {
         self.line(&format!("    {value};"));
     }
 
-    /// Prints `if`, then `else if` for each additional condition that needs no statements before it.
+    /// Prints `if`, then `else if` for each additional condition that needs no statements or declarations before it.
     fn branch(&mut self, what: &What, word: &str, last: bool) -> Result<(), String> {
         let What::If(condition, then, otherwise) = what else { return Ok(()) };
         let condition = self.expr(condition)?;
@@ -243,7 +243,8 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Whether `else if` is impossible because locals still have to be declared.
+    /// Whether these statements of an ELSE cannot be printed as `else if`: they are not a single IF, or locals must be
+    /// declared before it.
     fn declares(&self, list: &[Statement]) -> bool {
         let [Statement { what: What::If(condition, then, otherwise), at }] = list else { return true };
         let head = [Statement { at: *at, what: What::If(condition.clone(), Vec::new(), Vec::new()) }];
@@ -254,7 +255,7 @@ impl Printer<'_> {
         !uses(&head).is_empty() || then.iter().any(|local| otherwise.contains(local))
     }
 
-    /// Leaves the function from a block that is nested `deeper` levels.
+    /// Prints the statement that leaves the function, indented by `deeper` more levels.
     fn leave(&mut self, deeper: usize) {
         let facts = &self.facts[self.scope.number];
         let text = match facts.returns {
@@ -279,7 +280,7 @@ impl Printer<'_> {
         done
     }
 
-    /// Prints the end of a loop's body: a check of the budget, then `text`, which jumps back.
+    /// Prints a check of the budget, then `text`: the `}` that ends a loop's body, or a `goto`.
     fn again(&mut self, text: &str) {
         let line = line(self.scope.at);
         let (deeper, call) = (if text == "}" { "    " } else { "" }, self.argument("call"));
@@ -334,7 +335,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Prints a copy from one address to another.
+    /// Prints a statement that copies a variable from one address to another.
     fn copy(&mut self, to_type: &Type, to: &str, from_type: &Type, from: &str) {
         let text = match (to_type, from_type) {
             (Type::Text { capacity: p, wide }, Type::Text { capacity: q, .. }) => {
@@ -351,8 +352,8 @@ impl Printer<'_> {
         Ok(format!("{}({})", self.function_names[call.function], passed.join(", ")))
     }
 
-    /// The arguments of a call, preceded by the addresses of the outputs in `chosen`, which are resolved before the
-    /// call. The instance comes first, then the arguments in order; copies are made once everything is evaluated.
+    /// The arguments of a call as C text, preceded by the addresses of the outputs in `chosen`. The instance is
+    /// evaluated first, then the arguments in order, then the addresses; arguments are copied after that.
     fn passed(&mut self, call: &Call, chosen: &[&Place]) -> Result<Vec<String>, String> {
         let callee = &self.program.functions[call.function];
         let mut passed = Vec::new();
@@ -409,7 +410,7 @@ impl Printer<'_> {
                 (Argument::Reference(place), ty) => self.reference(place, ty, later, &mut passed)?,
             }
         }
-        // The caller's output places are resolved here.
+        // The places to which the outputs are copied are resolved after the arguments.
         let chosen = chosen.iter().map(|place| self.chosen(place)).collect::<Result<Vec<_>, _>>()?;
         for (ty, copy, from_type, from) in copies {
             if matches!(ty, Type::Text { .. }) {
@@ -473,7 +474,7 @@ impl Printer<'_> {
             self.copy(&to_type, &address, ty, &format!("&{value}"));
             return Ok(());
         }
-        // The callee copies its output to a temporary; from there it is copied to its place.
+        // The callee copies each of these outputs to a temporary; from there, it is copied to its place after the call.
         let mut values: Vec<String> = Vec::new();
         for (output, _) in &chosen {
             values.push(self.temporary(|printer, name| printer.declared(&callee.locals[*output].ty, name)));
@@ -501,13 +502,13 @@ impl Printer<'_> {
         facts::local(place).zip(function).is_some_and(|(local, function)| function.locals[local].by_reference)
     }
 
-    /// Stores the address of a place in a new temporary.
+    /// Stores the address of a place in a new temporary and returns the temporary's name.
     fn chosen(&mut self, place: &Place) -> Result<String, String> {
         let place = self.address(place)?;
         Ok(self.held("void *", &place))
     }
 
-    /// Passes a variable by reference, with the bounds of an open array.
+    /// Passes a variable by reference, with its bounds if the parameter is an open array.
     fn reference(&mut self, place: &Place, ty: &Type, later: Effect, passed: &mut Vec<String>) -> Result<(), String> {
         let found = self.type_of(place)?;
         let is_array = matches!(found, Type::Array { .. } | Type::Open { .. });
@@ -531,12 +532,12 @@ impl Printer<'_> {
     }
 }
 
-/// Whether a value lies within a range.
+/// The C condition that a value lies within a range.
 fn inside(value: &str, (low, high): (i64, i64)) -> String {
     if low == high { format!("{value} == {low}") } else { format!("({value} >= {low} && {value} <= {high})") }
 }
 
-/// Whether each assignment to a local is immediately followed by returning it, and the local has no other use.
+/// Whether every path through a function's body ends with an assignment to this local, and the local has no other use.
 pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
     fn ends(list: &[Statement], result: usize, last: bool) -> Option<bool> {
         // Whether the end of the list is unreachable; `None` if the local is used in any other way.
@@ -547,7 +548,7 @@ pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
             match &statement.what {
                 What::Assign(to, value) if facts::local(to) == Some(result) => {
                     let returns = match rest.first() {
-                        // Statements after it would leave the function without a value.
+                        // After further statements, the function would end without returning a value.
                         Some(Statement { what: What::Return, .. }) => is_nothing(&rest[1..]),
                         _ => is_last,
                     };

@@ -4,7 +4,8 @@ use crate::ir::operations::{One, OneChecked, Three, Two, TwoChecked};
 use crate::ir::{At, Binary, Scalar};
 use std::collections::BTreeMap;
 
-/// A register. Each function has its own registers, above those of all the functions it calls.
+/// A register. A function's registers lie above those of all the functions it calls; functions that do not call each
+/// other may share registers.
 pub(crate) type Register = u16;
 
 /// The index of an instruction.
@@ -45,7 +46,7 @@ pub(crate) enum Op {
         base: Register,
         offset: u32,
     },
-    /// Loads and stores of frequent types, specialized to avoid dispatch on the type.
+    /// This and the next three: loads and stores of frequent types, specialized to avoid dispatch on the type.
     LoadBool {
         to: Register,
         base: Register,
@@ -92,7 +93,7 @@ pub(crate) enum Op {
         b: Register,
         function: TwoChecked,
     },
-    /// Frequent operations, specialized to avoid a function call.
+    /// This and the next two: frequent operations, specialized to avoid a function call.
     AddF32 {
         to: Register,
         a: Register,
@@ -119,27 +120,27 @@ pub(crate) enum Op {
         to: Register,
         first: Register,
     },
-    /// Computes an address: a base plus a constant offset.
+    /// Adds a constant offset to a base address.
     Address {
         to: Register,
         base: Register,
         offset: u32,
     },
-    /// Computes the address of an element, `base + (index - low) * stride`, after a bounds check.
+    /// Computes the address of an array element, `base + (index - low) * stride`, after a bounds check.
     Index {
         to: Register,
         base: Register,
         index: Register,
         bounds: u32,
     },
-    /// Computes `number * extent + (index - low)` after a check against the bounds in register `bounds` and the next
-    /// one.
+    /// Applies the next index to the element number of an open array: `number * (high - low + 1) + (index - low)`,
+    /// after a bounds check. The registers `bounds` and `bounds + 1` hold `low` and `high`.
     IndexOpen {
         number: Register,
         index: Register,
         bounds: Register,
     },
-    /// Computes `base + number * size`.
+    /// Computes the address of an open array's element: `base + number * size`.
     Scale {
         to: Register,
         base: Register,
@@ -152,13 +153,13 @@ pub(crate) enum Op {
         from: Register,
         size: u32,
     },
-    /// Copies start values into a frame.
+    /// Copies start values from [`Code::images`] into a frame.
     Image {
         to: u32,
         from: u32,
         size: u32,
     },
-    /// Copies a string, truncated to the capacity.
+    /// Copies a string, truncated to the capacity of the target.
     CopyText {
         to: Register,
         from: Register,
@@ -190,7 +191,7 @@ pub(crate) enum Op {
     Jump {
         to: Target,
     },
-    /// Jumps back, if the budget allows it.
+    /// Deducts 1 from the budget and jumps, or stops the call if the budget is exceeded: every backward jump, and GOTO.
     Back {
         to: Target,
     },
@@ -204,37 +205,37 @@ pub(crate) enum Op {
         condition: Register,
         to: Target,
     },
-    /// Jumps if the register lies within the range with this index.
+    /// Jumps if the value lies within the range with this index in [`Code::ranges`].
     JumpInside {
         value: Register,
         range: u32,
         to: Target,
     },
-    /// Jumps if a loop has ended; `last` and the next register hold the last value and the step.
+    /// Jumps if a FOR loop has ended; `last` and the next register hold the last value and the step.
     ForTest {
         ty: Scalar,
         value: Register,
         last: Register,
         to: Target,
     },
-    /// Advances a loop counter; the register after it becomes TRUE if the counter overflows its type.
+    /// Advances a loop counter; the register after `value` is set to 1 if the counter overflows its type, else to 0.
     ForStep {
         ty: Scalar,
         value: Register,
         step: Register,
     },
-    /// Marks the start of a run of `count` statements.
+    /// Marks a run of `count` statements as executed and deducts them from the budget.
     Mark {
         run: u32,
         count: u32,
     },
-    /// Calls a function, if the budget allows it.
+    /// Calls a function, or stops the call of the program if the budget is exceeded.
     Call {
         to: Target,
     },
     /// Returns from a function.
     Return,
-    /// Calls a block with the instance at an address.
+    /// Runs a block's law on the instance whose address is in the register.
     Native {
         law: u16,
         instance: Register,
@@ -261,29 +262,29 @@ impl Op {
     }
 }
 
-/// The bounds of an index, and the distance between its elements.
+/// The bounds of an array index, and the distance in bytes between elements whose index differs by 1.
 pub(crate) struct Bounds {
     pub low: i64,
     pub high: i64,
     pub stride: u64,
 }
 
-/// A part to compare: consecutive numbers, or a string, within a structure.
+/// A part of a structure to compare: consecutive numbers, or a string.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Part {
     Numbers { ty: Scalar, offset: u32, count: u32 },
     Text { offset: u32, capacity: u16, wide: bool },
 }
 
-/// Runs a block's law on the bytes of an instance, with a buffer for its stored state; returns `false` if the bytes
-/// are not a valid state of the block.
+/// Runs a block's law on the bytes of an instance; returns `false` if the bytes are not a valid state of the block. The
+/// vector is a reusable buffer.
 pub(crate) type Native = fn(&mut [u8], &mut Vec<u8>) -> bool;
 
 /// A compiled program, which any number of machines can run.
 #[derive(Default)]
 pub struct Code {
     pub(crate) ops: Vec<Op>,
-    /// The source line of each instruction.
+    /// The source file and line of each instruction.
     pub(crate) lines: Vec<At>,
     /// The messages of possible warnings, by instruction.
     pub(crate) warnings: BTreeMap<Target, String>,
@@ -299,12 +300,12 @@ pub struct Code {
     pub(crate) natives: Vec<(Native, usize)>,
     /// The start values for frames.
     pub(crate) images: Vec<u8>,
-    /// The initial memory: program memory, constants and frames.
+    /// The initial memory: the program's own memory, constants and frames.
     pub(crate) start: Vec<u8>,
-    /// The size of the program's own memory within it.
+    /// The size of the program's own memory, in bytes.
     pub(crate) state: usize,
     pub(crate) registers: usize,
-    /// The registers of the numeric locals, by function.
+    /// The register of each local, by function; `None` for a local that is not a number or is passed by reference.
     pub(crate) locals: Vec<Vec<Option<Register>>>,
     /// The register with the instance address, for each function that has an instance.
     pub(crate) instances: Vec<Option<Register>>,
@@ -312,8 +313,8 @@ pub struct Code {
     pub(crate) owners: Vec<(Target, usize)>,
     /// The maximum call depth.
     pub(crate) depth: usize,
-    /// The source lines of the statements.
+    /// The source file and line of each statement.
     pub(crate) statements: Vec<At>,
-    /// The runs of statements: first statement and count.
+    /// The runs of statements that are always executed together: first statement and count.
     pub(crate) runs: Vec<(u32, u32)>,
 }

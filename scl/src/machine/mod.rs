@@ -25,20 +25,20 @@ pub struct Machine {
     registers: Box<[u64]>,
     /// The stack of return addresses.
     returns: Vec<u32>,
-    /// A buffer for the stored state of a block.
+    /// A reusable buffer for the state of a block that is not written in SCL.
     room: Vec<u8>,
-    /// Whether each run of statements has been executed.
+    /// For each run of statements, whether it has been executed.
     covered: Vec<bool>,
-    /// The instructions that have already issued a warning.
+    /// The instructions whose warning has already been issued.
     warned: BTreeSet<u32>,
     warnings: Vec<Warning>,
-    /// The kept locals of functions, after [`Machine::keep_locals`].
+    /// The kept locals of functions; `None` before [`Machine::keep_locals`].
     kept: Option<Kept>,
-    /// The statement budget: the maximum number of statements in a call.
+    /// The statement budget: the maximum number of statements executed in a call. Each jump back counts as one more.
     pub budget: u32,
 }
 
-/// The numeric locals of functions at the end of their last call, by function and instance address.
+/// The locals at the last return of a function (0 if not numeric), by function and instance address.
 type Kept = BTreeMap<(usize, u64), Vec<u64>>;
 
 /// An irregularity that a PLC tolerates; reported once per source location.
@@ -52,7 +52,7 @@ pub struct Warning {
     pub message: String,
 }
 
-/// The reason a call was aborted. Memory is left as it was before the call.
+/// Where and why a call was aborted. Memory is left as it was before the call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stop {
     /// The name of the source file.
@@ -63,7 +63,7 @@ pub struct Stop {
     pub cause: Cause,
 }
 
-/// The cause of an abort.
+/// Why a call was aborted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// An index out of bounds.
@@ -75,11 +75,11 @@ pub enum Cause {
         /// The upper bound.
         high: i64,
     },
-    /// The statement budget that was exceeded.
+    /// The call exceeded this statement budget.
     Budget(u32),
     /// A FOR loop with step 0.
     Step,
-    /// An instance whose bytes are not a valid state of its block.
+    /// The bytes of an instance are not a valid state of its block.
     Instance,
 }
 
@@ -127,7 +127,7 @@ impl Machine {
         }
     }
 
-    /// Resets the memory to the start values.
+    /// Resets memory to the start values.
     pub fn restart(&mut self) {
         self.memory.copy_from_slice(&self.code.start);
     }
@@ -135,10 +135,10 @@ impl Machine {
     /// Calls a function that takes no parameters and no instance, at time `now` in nanoseconds since the start.
     ///
     /// # Errors
-    /// The program stops; its memory is as it was before the call.
+    /// The call was aborted; memory is as it was before the call.
     ///
     /// # Panics
-    /// No such function exists.
+    /// The function does not exist, or it has parameters or an instance.
     pub fn call(&mut self, function: usize, now: i64) -> Result<(), Stop> {
         assert!(self.code.callable[function], "function {function} has parameters or an instance");
         let state = self.code.state;
@@ -151,8 +151,8 @@ impl Machine {
     }
 
     /// The state that the program keeps between calls. Any bytes of this length may be written to it: a value that is
-    /// invalid for its type, such as 2 for a BOOL, is read as a valid one or stops the next call of a block that is
-    /// not written in SCL.
+    /// invalid for its type, such as 2 for a BOOL, is read as a valid one; in the instance of a block that is not
+    /// written in SCL, it may instead abort the next call of that block ([`Cause::Instance`]).
     pub fn state(&self) -> &[u8] {
         &self.memory[..self.code.state]
     }
@@ -178,20 +178,22 @@ impl Machine {
         value.write(&mut self.state_mut()[offset..]);
     }
 
-    /// The value of a numeric local at the end of the last call. Meaningful only for a function that runs once per call
-    /// and is called only by the entry function: other functions reuse its registers.
+    /// The value of a numeric local at the end of the last call; `None` if the local does not exist or is not numeric.
+    /// Meaningful only for a function that runs once per call and is called only by the entry function, because other
+    /// functions share registers.
     pub fn local(&self, function: usize, local: usize, ty: Scalar) -> Option<Value> {
         let register = (*self.code.locals.get(function)?.get(local)?)?;
         Some(Value::new(ty, *self.registers.get(usize::from(register))?))
     }
 
-    /// From now on, keeps the locals of every function when it returns; this takes a little time.
+    /// From now on, keeps the numeric locals of every function when it returns; this slows each return slightly.
     pub fn keep_locals(&mut self) {
         self.kept.get_or_insert_default();
     }
 
-    /// The value of a numeric local when its function last returned since [`Machine::forget_coverage`], for the
-    /// instance at this address (0 if the function has none). `None` if it has not returned.
+    /// The bits of a numeric local when its function last returned, for the instance at this address (0 if the function
+    /// has no instance). `None` if the function has not returned since [`Machine::forget_coverage`], or if locals are
+    /// not kept ([`Machine::keep_locals`]).
     pub fn kept(&self, function: usize, instance: usize, local: usize) -> Option<u64> {
         self.kept.as_ref()?.get(&(function, instance as u64))?.get(local).copied()
     }
@@ -201,7 +203,7 @@ impl Machine {
         std::mem::take(&mut self.warnings)
     }
 
-    /// The line of each statement, and whether it has been executed since [`Machine::forget_coverage`].
+    /// The source line of each statement, and whether it has been executed since [`Machine::forget_coverage`].
     pub fn coverage(&self) -> impl Iterator<Item = (At, bool)> {
         let of_run = |(&(first, count), &covered): (&(u32, u32), &bool)| {
             let statements = &self.code.statements[first as usize..(first + count) as usize];

@@ -7,10 +7,10 @@ use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 impl Machine {
-    /// Runs from an instruction until its function returns.
+    /// Runs the function that starts at the instruction `entry`, until it returns.
     pub(super) fn run(&mut self, entry: u32, now: i64) -> Result<(), Stop> {
         let Machine { code, memory, registers, returns, room, covered, warned, warnings, kept, .. } = self;
-        // Slices in local variables are faster than fields of the machine.
+        // Slices in local variables are faster to access than fields of the machine.
         let (code, memory, registers) = (&**code, &mut memory[..], &mut registers[..]);
         let ops = &code.ops[..];
         let mut budget = i64::from(self.budget);
@@ -158,7 +158,7 @@ impl Machine {
     }
 }
 
-/// Keeps the numeric locals of a returning function.
+/// Keeps the numeric locals of the function that `op` returns from.
 #[cold]
 fn keep(code: &Code, registers: &[u64], op: u32, kept: &mut Kept) {
     let owner = code.owners.partition_point(|(first, _)| *first <= op).checked_sub(1);
@@ -169,7 +169,7 @@ fn keep(code: &Code, registers: &[u64], op: u32, kept: &mut Kept) {
     values.extend(code.locals[*function].iter().map(|register| value(*register)));
 }
 
-/// Copies or compares whole variables.
+/// Executes an instruction that copies or compares whole variables.
 fn whole(op: Op, code: &Code, memory: &mut [u8], registers: &mut [u64]) {
     let address = |register: Register| registers[usize::from(register)] as usize;
     match op {
@@ -202,7 +202,10 @@ fn whole(op: Op, code: &Code, memory: &mut [u8], registers: &mut [u64]) {
 }
 
 impl Code {
-    /// The distance of an index from its lower bound, or a stop if it is out of bounds.
+    /// The distance of an index from its lower bound.
+    ///
+    /// # Errors
+    /// The index is out of bounds.
     #[inline(always)]
     fn inside(&self, op: u32, index: i64, low: i64, high: i64) -> Result<u64, Stop> {
         if index < low || index > high {
@@ -211,7 +214,7 @@ impl Code {
         Ok((index - low) as u64)
     }
 
-    /// The stop caused by an instruction.
+    /// Locates a cause at the source line of an instruction.
     #[cold]
     fn stop(&self, op: u32, cause: Cause) -> Stop {
         let (file, line) = self.line(op);
@@ -225,7 +228,7 @@ impl Code {
     }
 }
 
-/// Reports the warning of an instruction unless it has already been reported.
+/// Issues the warning of an instruction unless it has already been issued.
 #[cold]
 fn warn(code: &Code, warned: &mut BTreeSet<u32>, warnings: &mut Vec<Warning>, op: u32) {
     if warned.insert(op) {
@@ -246,13 +249,13 @@ fn has_ended(ty: Scalar, value: u64, last: u64, step: u64) -> bool {
     }
 }
 
-/// The next value of a loop counter, and whether it overflows its type.
+/// The next value of a loop counter, and 1 if it overflows its type, else 0.
 fn stepped(ty: Scalar, value: u64, step: u64) -> (u64, u64) {
     let sum = Binary::Add.fold(Value::new(ty, value), Value::new(ty, step));
     sum.map_or((value, 1), |(sum, beyond)| (sum.bits(), u64::from(beyond)))
 }
 
-/// Reads a number.
+/// Reads a number from the start of `bytes`.
 #[inline(always)]
 fn load(ty: Scalar, bytes: &[u8]) -> u64 {
     match ty {
@@ -273,7 +276,7 @@ fn four(bytes: &[u8]) -> u32 {
     u32::from_le_bytes([a, b, c, d])
 }
 
-/// Writes a number.
+/// Writes a number to the start of `bytes`.
 #[inline(always)]
 fn store(ty: Scalar, bits: u64, bytes: &mut [u8]) {
     match ty.size() {
@@ -284,12 +287,12 @@ fn store(ty: Scalar, bits: u64, bytes: &mut [u8]) {
     }
 }
 
-/// The length of a string in characters.
+/// The length of a string in characters, limited to its capacity.
 fn length(text: &[u8], capacity: u16) -> usize {
     usize::from(u16::from_le_bytes([text[0], text[1]]).min(capacity))
 }
 
-/// The character codes of a string, as 16-bit numbers.
+/// The character codes of a string.
 fn characters(text: &[u8], capacity: u16, wide: bool) -> impl Iterator<Item = u16> {
     let length = length(text, capacity);
     let characters = &text[2..];
@@ -299,7 +302,7 @@ fn characters(text: &[u8], capacity: u16, wide: bool) -> impl Iterator<Item = u1
     })
 }
 
-/// Whether a comparison is true for this ordering.
+/// Whether a comparison is true for this ordering of its operands.
 fn holds(op: Binary, order: Ordering) -> bool {
     match op {
         Binary::Eq => order.is_eq(),

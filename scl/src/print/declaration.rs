@@ -18,7 +18,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// Prints the attributes after the name of a block.
+    /// Prints the attributes and the version that follow the name of a block.
     fn attributes(&mut self) {
         self.text.push_str(match self.dialect {
             Dialect::Tia => "{ S7_Optimized_Access := 'TRUE' }\nVERSION : 0.1\n",
@@ -32,7 +32,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// Prints the types of all records in use that are not instances.
+    /// Prints the types of all records in use that are not instances of blocks.
     pub(super) fn types(&mut self) -> Result<(), String> {
         let mut done = Vec::new();
         for number in self.facts.reached.clone() {
@@ -139,7 +139,8 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    /// The start value of a variable, unless it is the default of its type.
+    /// The start value in a variable's declaration; `None` if it is the default of the variable's type or cannot be
+    /// declared there.
     fn start(&self, ty: &Type, kind: Option<Kind>, bytes: &[u8]) -> Result<Option<String>, String> {
         if bytes.iter().all(|byte| *byte == 0) {
             return Ok(None);
@@ -163,7 +164,7 @@ impl<'a> Printer<'a> {
                 let text: String = bytes[2..2 + length].iter().map(|byte| char::from(*byte)).collect();
                 Some(format!("'{}'", text.replace('$', "$$").replace('\'', "$'")))
             }
-            // A structure has the start values of its type; a data block sets others.
+            // A structure has the start values of its type; a data block assigns any that differ.
             _ => None,
         })
     }
@@ -252,7 +253,8 @@ impl<'a> Printer<'a> {
         Ok(format!("{} : {ty}", self.scope.interface.locals[local]))
     }
 
-    /// The declarations of the locals in use that are neither parameters nor the return value.
+    /// The declarations of the locals in use that are neither parameters nor among `others`, and of the printer's
+    /// temporaries.
     fn temporaries(&self, function: &Function, others: &[usize]) -> Result<Vec<String>, String> {
         let own = (function.parameters..function.locals.len())
             .filter(|local| !others.contains(local) && self.scope.used.contains(local));
@@ -293,7 +295,7 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    /// The type of a part of a record, and its declared type.
+    /// The type of a part of a record, and the type declared for it in the source, if any.
     pub(super) fn part(&self, record: usize, path: &[usize]) -> (Type, Option<Kind>) {
         let mut found = (Type::Record(record), None);
         for number in path {
@@ -305,7 +307,7 @@ impl<'a> Printer<'a> {
         found
     }
 
-    /// The members of memory that functions use.
+    /// The members of memory that the printed functions use.
     fn used_globals(&self) -> Vec<usize> {
         let mut used = Vec::new();
         for number in &self.facts.reached {
@@ -324,8 +326,8 @@ impl<'a> Printer<'a> {
         used
     }
 
-    /// Prints data blocks: those that functions use, and an instance of each function block whose start values cannot
-    /// be declared.
+    /// Prints the data blocks that functions use and, if the last function is a function block with start values that
+    /// cannot be declared, an instance of it.
     pub(super) fn data_blocks(&mut self) -> Result<(), String> {
         let program = self.program;
         let memory = &program.records[program.memory];

@@ -5,7 +5,7 @@ use super::{Dialect, Printer, bits, literal, natural, number};
 use crate::check::types::{Class, Elementary};
 use crate::ir::{Argument, Binary, Call, Convert, Expr, Place, Scalar, Statement, Unary, What};
 
-/// The precedence levels of an expression's parts, from loose to tight.
+/// Precedence levels: the higher the level, the tighter the operator binds.
 const OR: u8 = 0;
 const XOR: u8 = 1;
 const AND: u8 = 2;
@@ -41,12 +41,12 @@ impl Printed {
 }
 
 impl Printer<'_> {
-    /// A stand-alone expression as a value of this type.
+    /// Prints an expression as a value of this type, where the context determines the type of a constant.
     pub(super) fn value(&mut self, expr: &Expr, of: Elementary) -> Result<String, String> {
         Ok(self.expr(expr, of, true)?.text)
     }
 
-    /// An expression as the argument of an operation that has no other typed arguments.
+    /// Prints an expression as a value of this type, where the context determines the type only of an integer constant.
     pub(super) fn argument(&mut self, expr: &Expr, of: Elementary) -> Result<String, String> {
         Ok(self.expr(expr, of, matches!(expr, Expr::Const(_)) && of.is_whole())?.text)
     }
@@ -62,7 +62,7 @@ impl Printer<'_> {
             return Ok(printed);
         }
         self.dialect.check(to)?;
-        // TIME is converted through its integer, CHAR through its bits.
+        // TIME is converted by way of an integer, CHAR by way of a bit string.
         let between = |of: Elementary| match of.class() {
             Class::Time => Some(number(of.scalar())),
             Class::Character => Some(bits(of.scalar())),
@@ -83,8 +83,8 @@ impl Printer<'_> {
         Ok(Printed::atom(format!("{name}({})", printed.text)))
     }
 
-    /// An expression as a value of this type, which has the same scalar. A constant may be printed without a type if
-    /// `is_bare`, because the context determines it.
+    /// Prints an expression as a value of this type, which has the same scalar. If `is_bare`, the context determines
+    /// the type of a constant, so the constant may be printed without one.
     fn expr(&mut self, expr: &Expr, want: Elementary, is_bare: bool) -> Result<Printed, String> {
         match expr {
             Expr::Const(value) => {
@@ -149,8 +149,9 @@ impl Printer<'_> {
         }
     }
 
-    /// Prints expressions, evaluated from left to right. A value that statements in a later expression may change is
-    /// saved first. From index `together` on, constants are printed without a type if another expression has one.
+    /// Prints expressions, evaluated from left to right: a value is stored in a temporary if a later expression needs
+    /// statements before it, which may change that value. Constants are printed without a type, except from index
+    /// `together` onward if all expressions there are constants.
     pub(super) fn list(
         &mut self,
         list: &[(&Expr, Elementary)],
@@ -173,7 +174,7 @@ impl Printer<'_> {
         Ok(all)
     }
 
-    /// Stores a value in a new temporary and returns its name.
+    /// Stores a value in a new temporary and returns the temporary's name.
     pub(super) fn kept(&mut self, of: Elementary, value: &str) -> String {
         let name = self.temporary(of.name());
         let name = self.own(&name);
@@ -201,7 +202,7 @@ impl Printer<'_> {
             Unary::Frac if self.dialect == Dialect::Step7 => {
                 return Err("STEP 7 has no FRAC; print it for TIA Portal".to_string());
             }
-            // Without a type, the value of FRAC is a REAL.
+            // FRAC without a suffix returns a REAL.
             Unary::Frac if ty == Scalar::F64 => Printed::atom(format!("FRAC_LREAL({})", printed.text)),
             op => Printed::atom(format!("{}({})", format!("{op:?}").to_uppercase(), printed.text)),
         };
@@ -242,7 +243,7 @@ impl Printer<'_> {
             left
         };
         let right = self.expr(b, of, true)?;
-        // Only a chain of the same operation is printed without parentheses: the order of evaluation matters.
+        // Only a left operand with the same operator needs no parentheses: operations must keep their order.
         let is_chain = matches!(a, Expr::Binary(inner, ..) if *inner == op) && !op.compares() && op != Binary::Pow;
         let left = left.at_least(if is_chain { level } else { (level + 1).max(SUM) });
         let right = right.at_least((level + 1).max(SUM));
@@ -250,7 +251,7 @@ impl Printer<'_> {
         if op.compares() { Ok(printed) } else { self.converted(printed, of, want) }
     }
 
-    /// An operation that is a function in SCL.
+    /// Prints a binary operation that is a function in SCL.
     fn called_binary(
         &mut self,
         op: Binary,
@@ -325,7 +326,7 @@ impl Printer<'_> {
         self.converted(printed, target, want)
     }
 
-    /// The integer type that an expression already has in SCL, or that of its scalar.
+    /// The integer type that a variable already has in SCL, otherwise the default one of the expression's scalar.
     fn whole_type(&mut self, expr: &Expr) -> Elementary {
         let of = match expr {
             Expr::Load(_, place) => self.place(place).ok().and_then(|(_, of)| of),
@@ -378,7 +379,7 @@ impl Printer<'_> {
                 return false;
             }
             let Some(call) = self.value_call(before, value) else { return true };
-            // Statements for its arguments also come first.
+            // Its arguments may need statements, too.
             call.arguments.iter().any(|argument| matches!(argument, Argument::Value(value) if self.hoists(value)))
         })
     }

@@ -7,32 +7,32 @@ use crate::ir::{Argument, Base, Body, Call, Expr, Function, Place, Program, Sect
 use crate::library::is_timer;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The form of a function in SCL.
+/// How a function is expressed in SCL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Use {
-    /// A function.
+    /// As a function.
     Function,
-    /// A function block.
+    /// As a function block.
     Block,
-    /// A function that receives the used parts of the instance as parameters.
+    /// As a function that receives the used parts of the instance as parameters.
     Method,
-    /// Nothing: it exists in the CPU or its libraries.
+    /// Not at all: the CPU or its libraries contain it.
     System,
 }
 
-/// Facts about the functions.
+/// Facts about the functions to print and their callees.
 #[derive(Debug, Default)]
 pub(super) struct Facts {
     /// The functions to print, callees first.
     pub reached: Vec<usize>,
     pub uses: BTreeMap<usize, Use>,
-    /// The functions of function blocks, by record.
+    /// The function with the body of each function block, by record.
     pub blocks: BTreeMap<usize, usize>,
     /// The type names of records that exist in the CPU or its libraries, by record.
     pub systems: BTreeMap<usize, String>,
     /// The system records shared by several kinds of blocks.
     pub general: BTreeSet<usize>,
-    /// The locals copied out by calls, by function.
+    /// The locals that calls copy to the caller, by called function.
     pub outs: BTreeMap<usize, BTreeSet<usize>>,
     /// The local with the return value, by function.
     pub values: BTreeMap<usize, usize>,
@@ -40,8 +40,8 @@ pub(super) struct Facts {
     pub members: BTreeMap<usize, BTreeMap<Vec<usize>, bool>>,
 }
 
-/// The program without values for an FMU's host and with the methods inlined that cannot become functions, and the
-/// facts about it.
+/// A copy of the program prepared for printing, and the facts about it: values for an FMU's host are no longer
+/// assigned, and methods that cannot become functions are inlined.
 pub(super) fn prepared(program: &Program, roots: &[usize], dialect: Dialect) -> Result<(Program, Facts), String> {
     let mut program = program.clone();
     drop_host_values(&mut program);
@@ -90,7 +90,7 @@ fn facts(program: &Program, roots: &[usize], dialect: Dialect) -> Result<Facts, 
                 if let Some(other) = facts.systems.insert(record, name.clone())
                     && other != name
                 {
-                    // One record for several kinds: a variable has the general type, and each call names the kind.
+                    // A record used by several kinds of timers: variables have the general type, calls name the kind.
                     let of = if name.ends_with("_LTIME") { "IEC_LTIMER" } else { "IEC_TIMER" };
                     let is_timer = is_timer(&function.name);
                     facts.systems.insert(record, if is_timer { of.to_string() } else { other });
@@ -178,7 +178,7 @@ pub(super) fn is_temporary(place: &Place) -> bool {
     matches!(place.base, Base::Local(_)) && place.steps.is_empty()
 }
 
-/// Removes assignments to values for an FMU's host.
+/// Removes the assignments of constants to values for an FMU's host.
 fn drop_host_values(program: &mut Program) {
     let declared = program.docs.declared.clone();
     let is_host = |place: &Place, record: Option<usize>| match (place.base, place.steps.as_slice()) {
@@ -282,7 +282,7 @@ fn can_be_inlined(program: &Program, call: &Call) -> bool {
     call.instance.as_ref().is_some_and(is_self) && uses && !leaves && by_value
 }
 
-/// A statement with its local indices offset.
+/// A copy of a statement with its local indices increased by `by`.
 fn moved(statement: &Statement, by: usize) -> Statement {
     struct Moves(usize);
     impl Change for Moves {

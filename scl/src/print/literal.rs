@@ -4,9 +4,10 @@ use super::Dialect;
 use crate::check::types::{Class, Elementary};
 use crate::ir::Value;
 
-/// A constant of a type. If `is_bare`, it is printed without a type, which the context determines.
+/// A constant of a type. If `is_bare`, it is printed without a type where possible: the context determines it.
 ///
-/// A REAL is printed as the shortest decimal that reads back as the same bits; infinity and NaN are printed as bits.
+/// A floating-point number is printed as the shortest decimal that reads back as the same bits; infinity, NaN and
+/// negative zero are printed as bits.
 ///
 /// # Errors
 /// The dialect does not have the type.
@@ -72,7 +73,7 @@ fn real(value: Value, of: Elementary, is_bare: bool) -> String {
     if is_bare { text } else { format!("{}#{text}", of.name()) }
 }
 
-/// `T#1m30s`.
+/// A duration such as `T#1m30s`.
 fn duration(count: i128, of: Elementary) -> String {
     let (prefix, units): (&str, &[(&str, i128)]) = match of {
         Elementary::Time => ("T", &[("d", 86_400_000), ("h", 3_600_000), ("m", 60_000), ("s", 1000), ("ms", 1)]),

@@ -5,9 +5,9 @@
 //! SCL has no notation for an operation, or the dialect lacks a type, the printer fails and names it instead of
 //! printing something nearly equivalent.
 //!
-//! A record with a function called by others becomes a function block, any other record a type, and a member of memory
-//! a data block. A function block in a PLC has no methods: other functions on a record become functions that receive
-//! what they read as inputs and what they write as in-out parameters.
+//! A record with a function that is called from outside its instance becomes a function block, any other record a type,
+//! and a member of memory a data block. A function block in a PLC has no methods: other functions on a record become
+//! functions that receive the members they read as inputs and the members they write as in-out parameters.
 
 mod declaration;
 mod expression;
@@ -56,7 +56,7 @@ impl Dialect {
 /// The maximum length of a symbol or variable name in STEP 7.
 const STEP7_NAME: usize = 24;
 
-/// The maximum line width, unless a line cannot be broken.
+/// The maximum width of a printed line, in bytes, unless the line cannot be broken.
 const WIDTH: usize = 110;
 
 /// The reserved words.
@@ -68,7 +68,7 @@ const KEYWORDS: &str = "and any array at begin block_db block_fb block_fc block_
     to tod true type udint udt uint ulint until usint var var_in_out var_input var_output var_temp variant void wchar while with \
     word wstring xor";
 
-/// Functions that a variable without `#` would shadow.
+/// Standard functions that a variable without `#` would shadow.
 const STANDARD: &str = "abs acos asin atan ceil cos deco enco exp expd floor frac limit ln log max min move mux rol ror round sel shl \
     shr sin sqr sqrt swap tan trunc";
 
@@ -93,13 +93,13 @@ struct Printer<'a> {
     facts: &'a Facts,
     dialect: Dialect,
     text: String,
-    /// The names of records, functions and members of memory.
+    /// The printed names of records, functions and members of memory, each by number.
     records: Vec<String>,
     functions: Vec<String>,
     globals: Vec<String>,
     /// The name of the data block for members of memory that are not structures.
     loose: String,
-    /// The names used in each function: its locals and the parts of its instance.
+    /// The printed names of each function's locals and of the parts of its instance.
     interfaces: BTreeMap<usize, Interface>,
     scope: Scope<'a>,
 }
@@ -126,7 +126,7 @@ struct Scope<'a> {
     lines: Vec<String>,
 }
 
-/// The integer or bit string for a scalar; unsigned numbers become bit strings, which both dialects have.
+/// The default type of a scalar. Unsigned integers become bit strings, because STEP 7 has no unsigned integers.
 fn natural(ty: Scalar) -> Elementary {
     match ty {
         Scalar::Bool => Elementary::Bool,
@@ -140,7 +140,7 @@ fn natural(ty: Scalar) -> Elementary {
     }
 }
 
-/// The numeric type in which a scalar is computed.
+/// The type in which arithmetic on a scalar is done.
 fn number(ty: Scalar) -> Elementary {
     match ty {
         Scalar::Bool | Scalar::F32 | Scalar::F64 => natural(ty),
@@ -148,18 +148,20 @@ fn number(ty: Scalar) -> Elementary {
     }
 }
 
-/// The bit string for a scalar.
+/// The bit string type for a scalar; BOOL for a truth value.
 fn bits(ty: Scalar) -> Elementary {
     if ty == Scalar::Bool { Elementary::Bool } else { Elementary::bit_string(8 * ty.size() as u32) }
 }
 
-/// The declared type of a scalar: that of the source if it has the same scalar, else the natural one.
+/// The declared type of a scalar: the source's type `of` unless it is a date or is stored as a different scalar,
+/// otherwise the default type.
 fn declared(ty: Scalar, of: Option<Kind>) -> Elementary {
     let of = of.and_then(|of| Elementary::named(of.name()));
     of.filter(|of| of.scalar() == ty && of.class() != Class::Date).unwrap_or(natural(ty))
 }
 
-/// Unique names, ignoring case, consisting of ASCII letters, digits and underscores.
+/// Converts names to unique names (ignoring case) of at most `most` ASCII letters, digits and underscores, none of
+/// which is in `taken`.
 fn names<'a>(of: impl IntoIterator<Item = &'a str>, taken: &[String], most: usize) -> Vec<String> {
     names_of(of, taken, most, Notation::Bare)
 }
@@ -175,7 +177,8 @@ enum Notation {
     Any,
 }
 
-/// Unique names, ignoring case.
+/// Converts names to unique names (ignoring case) of at most `most` bytes in this notation, none of which is in
+/// `taken`.
 fn names_of<'a>(
     of: impl IntoIterator<Item = &'a str>,
     taken: &[String],
@@ -207,7 +210,7 @@ fn names_of<'a>(
     all
 }
 
-/// A name consisting of ASCII letters, digits and underscores.
+/// Converts a name to at most `most` ASCII letters, digits and underscores.
 fn ascii(name: &str, most: usize, is_bare: bool) -> String {
     let mut name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     name = name.trim_matches('_').replace("__", "_");
@@ -256,7 +259,7 @@ impl<'a> Printer<'a> {
         let members = program.records[program.memory].members.iter().map(|member| member.name.as_str());
         let globals = names_of(members, &taken, most, notation);
         taken.extend(globals.iter().cloned());
-        // In the program, the type of a data block's own members has the same name as the data block.
+        // Named last: in the program, the type of a data block's own members has the same name as the data block.
         let rest: Vec<usize> = (0..program.records.len()).filter(|record| records[*record].is_empty()).collect();
         let more = names_of(rest.iter().map(|record| program.records[*record].name.as_str()), &taken, most, notation);
         for (record, name) in rest.iter().zip(&more) {
@@ -289,7 +292,7 @@ impl<'a> Printer<'a> {
         parts.join("_")
     }
 
-    /// The names used in a function.
+    /// Chooses the printed names of a function's locals and of the parts of its instance.
     fn interface(&self, number: usize) -> Interface {
         let function = &self.program.functions[number];
         let mut members = BTreeMap::new();
@@ -320,7 +323,7 @@ impl<'a> Printer<'a> {
         Interface { locals, members }
     }
 
-    /// A variable of the block as written in a statement.
+    /// A local variable or member of the block, as written in a statement.
     fn own(&self, name: &str) -> String {
         match self.dialect {
             Dialect::Tia if is_plain(name) => format!("#{name}"),

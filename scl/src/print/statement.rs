@@ -6,7 +6,7 @@ use crate::check::types::Elementary;
 use crate::ir::{Argument, Base, Call, Expr, For, Place, Section, Statement, Step, Type, Value, What};
 
 impl Printer<'_> {
-    /// Adds a line to the function, broken if it is too wide.
+    /// Adds a line to the function; a line that is too wide is broken where possible.
     pub(super) fn line(&mut self, text: &str) {
         let indent = 4 * self.scope.indent;
         let mut rest = text;
@@ -33,7 +33,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The name of a new temporary.
+    /// Declares a new temporary of this type and returns its name.
     pub(super) fn temporary(&mut self, of: &str) -> String {
         let mut count = self.scope.temporaries.len();
         let name = loop {
@@ -77,8 +77,8 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// The call to an instance at the start of a list, after assignments to its inputs, and the number of statements
-    /// including the call.
+    /// If a list starts with assignments to the inputs of an instance followed by a call to it: the number of these
+    /// statements, including the call, and the call.
     fn supplied<'s>(&self, list: &'s [Statement]) -> Option<(usize, &'s Call)> {
         let at = list.iter().position(|statement| !matches!(statement.what, What::Assign(..)))?;
         let What::Call(call) = &list[at].what else { return None };
@@ -194,7 +194,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Leaves the loop if a condition has the value `if_true`.
+    /// Prints statements that leave the loop if a condition has the value `if_true`.
     fn leave(&mut self, condition: &Expr, if_true: bool) -> Result<(), String> {
         let condition = self.value(condition, Elementary::Bool)?;
         let condition = if if_true { condition } else { format!("NOT ({condition})") };
@@ -268,7 +268,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Appends the arguments that a function block receives by reference.
+    /// Appends the arguments of a call to a function block, all of which are passed by reference.
     fn references(&mut self, call: &Call, parts: &mut Vec<String>) -> Result<(), String> {
         let callee = &self.program.functions[call.function];
         for (local, argument) in call.arguments.iter().enumerate() {
@@ -281,7 +281,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Whether a call cannot be part of an expression because its arguments or outputs need variables.
+    /// Whether a call cannot be part of an expression because it has outputs other than its value.
     pub(super) fn needs_statements(&self, call: &Call) -> bool {
         let callee = &self.program.functions[call.function];
         let outs = self.facts.outs.get(&call.function);

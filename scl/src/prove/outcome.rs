@@ -26,7 +26,7 @@ const fn field(name: &'static str, ty: &'static str, docs: &'static str) -> Fiel
     Field { name, ty, docs }
 }
 
-/// The members, each at an even offset.
+/// The members of the result, each at an even offset.
 pub(super) const FIELDS: [Field; 11] = [
     field("magic", "DWORD", "PLCF"),
     field("layout", "INT", "layout of this data block"),
@@ -55,13 +55,13 @@ pub(super) fn starts(tape: &Tape) -> Vec<(&'static str, String)> {
 /// The outcome of a proof on a PLC.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// Its state.
+    /// The state of the proof.
     pub state: State,
     /// The number of calls on the tape.
     pub calls: u32,
     /// The number of calls made.
     pub done: u32,
-    /// The seed of the tape.
+    /// The seed from which the tape was generated.
     pub seed: u32,
     /// The fingerprint of the tape.
     pub tape: u32,
@@ -86,7 +86,7 @@ pub enum State {
 }
 
 impl Outcome {
-    /// Parses the result's data block in the byte order of the PLC.
+    /// Parses the bytes of the result's data block, which are big-endian as in the PLC.
     ///
     /// # Errors
     /// The bytes are not the result of a proof.
@@ -118,7 +118,7 @@ impl Outcome {
         Ok(Outcome { state, calls: long(16), done: long(20), seed: long(8), tape: long(12) })
     }
 
-    /// The tape that was run; `None` if this version generates a different one or lacks the block.
+    /// Generates the tape that was run; `None` if this version generates a different one or lacks the block.
     pub fn tape(&self) -> Option<Tape> {
         let calls = usize::try_from(self.calls).ok().filter(|calls| *calls <= super::MOST_CALLS)?;
         crate::library::natives()
@@ -127,7 +127,7 @@ impl Outcome {
             .find(|tape| tape.fingerprint() == self.tape)
     }
 
-    /// A description of the outcome.
+    /// The outcome in one line; the tape, if known, supplies the names and types.
     pub fn text(&self, tape: Option<&Tape>) -> String {
         let block = tape.map_or(String::new(), |tape| format!("{}: ", tape.table.name));
         let calls = grouped(self.calls);
@@ -164,7 +164,7 @@ fn grouped(number: u32) -> String {
     text
 }
 
-/// The bits as a value of their type.
+/// The bits as a value of this type, or in hexadecimal if the type is unknown.
 fn shown(kind: Option<Kind>, bits: u32) -> String {
     match kind {
         Some(Kind::Real) => format!("{:?} (16#{bits:08X})", f32::from_bits(bits)),

@@ -11,13 +11,13 @@ use std::fmt::Write;
 pub struct Names {
     /// The PLC's own block, such as `FB41` or a name.
     pub block: String,
-    /// STEP 7: the number of the function block and of the first data block; additional blocks are numbered from there.
+    /// STEP 7: the number of the function block and of the first data block; the other data blocks follow.
     pub first: u16,
 }
 
 impl Names {
-    /// The name of the block in the PLC's libraries: in TIA Portal the block's own name, in STEP 7 the number of its
-    /// function block; `None` if it has none.
+    /// The default names. The PLC's own block has the block's name in TIA Portal, and its FB number in STEP 7; `None`
+    /// if it has no such number.
     pub fn new(tape: &Tape, dialect: Dialect) -> Option<Names> {
         let number = tape.table.aliases.iter().find(|alias| alias.starts_with("FB"));
         let block = match dialect {
@@ -28,7 +28,7 @@ impl Names {
     }
 }
 
-/// The number of entries in one data block: STEP 7's oldest CPUs limit it to 16 KB.
+/// The maximum number of tape entries per data block: the oldest STEP 7 CPUs limit a data block to 16 KB.
 const fn part(dialect: Dialect) -> usize {
     match dialect {
         Dialect::Tia => 8192,
@@ -64,7 +64,7 @@ pub const fn largest(dialect: Dialect) -> usize {
     ENTRY * part(dialect)
 }
 
-/// The statement that calls the function block.
+/// The SCL statement that calls the proof's function block.
 pub fn call(tape: &Tape, names: &Names, dialect: Dialect) -> String {
     let source = Source { tape, names, dialect, text: String::new() };
     match dialect {
@@ -244,7 +244,7 @@ impl Source<'_> {
         self.line(&format!("        CASE {what} OF"));
         for (number, row) in tape.inputs.iter().enumerate() {
             let row = &rows[*row];
-            // Rows of inner blocks are written directly.
+            // Inputs of inner blocks are written to the instance.
             let to = format!("{}.{}", if row.is_inner() { &tested } else { &given }, row.name);
             self.line(&format!(
                 "            {}:\n                {to} := {};",

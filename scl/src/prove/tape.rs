@@ -6,14 +6,15 @@ use blocks::{Block, EachBlock, Kind, Role, StaticRow, StaticTable, Time, Value, 
 /// The maximum number of calls on a tape.
 pub const MOST_CALLS: usize = 1_000_000;
 
-/// If outputs are mostly truth values, one in this many calls places an input at a switching threshold: numeric outputs
-/// reveal differences anyway.
+/// If at least half of the outputs are truth values, one in this many calls places an input at a switching threshold:
+/// numeric outputs reveal differences anyway.
 const THRESHOLD: u64 = 4;
 
 /// A change recorded on the tape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The 1-based number of the input, or of the output, numbered after the inputs; 0 for a call without changes.
+    /// The number of the input, or of the output whose expected value changes: inputs are numbered from 1, and outputs
+    /// after them. 0 for a call without changes.
     pub what: u8,
     /// Whether this is the last entry before its call.
     pub is_last: bool,
@@ -26,9 +27,9 @@ pub struct Entry {
 pub struct Tape {
     /// The block.
     pub table: &'static StaticTable,
-    /// The rows that the tape sets, in table order.
+    /// The numbers of the table rows that the tape sets, in table order.
     pub inputs: Vec<usize>,
-    /// The rows to compare.
+    /// The numbers of the table rows that are compared after each call.
     pub outputs: Vec<usize>,
     /// The changes, in the order of the calls.
     pub entries: Vec<Entry>,
@@ -38,16 +39,16 @@ pub struct Tape {
     pub seed: u32,
 }
 
-/// Calls with common characteristics: most differences between two laws appear only when values coincide, or after a
-/// long time without changes.
+/// The common characteristics of consecutive calls. They vary between stretches, because most differences between two
+/// laws appear only when values coincide, or after a long time without changes.
 struct Stretch {
     /// The number of calls.
     length: usize,
-    /// Signals change in one of this many calls.
+    /// A signal changes in one of this many calls, on average.
     pace: u64,
-    /// Settings and switches change in one of this many calls.
+    /// A setting or switch changes in one of this many calls, on average.
     unrest: u64,
-    /// The largest typical value of a signal.
+    /// The largest typical magnitude of a signal.
     scale: f32,
     /// The grid of signal values, which makes sums and limits coincide exactly; 0 for none.
     grid: f32,
@@ -106,7 +107,7 @@ impl Stretch {
             Kind::Time => Value::Time(Time::ms(self.time(random, row))),
             Kind::Word if is_odd => Value::Word(Word::new(random.one_of(&[i16::MIN, i16::MAX, 0, 27648]))),
             Kind::Word if random.once_in(3) => Value::Word(Word::new(random.bits() as i16)),
-            // Roughly the same number in percent.
+            // 27648 is 100 %.
             Kind::Word => Value::Word(Word::new((self.real(random) * 276.48) as i16)),
             Kind::Int if is_odd => Value::Int(random.one_of(&[i16::MIN, i16::MAX, -1, 0, 1])),
             Kind::Int => Value::Int(match random.below(8) {
@@ -125,7 +126,7 @@ impl Stretch {
                 Value::Real(random.one_of(&[min, max]) + random.one_of(&[0.0, 0.5, -0.5, 2.0, -2.0]))
             }
             _ => Value::Real(match (row.start, random.below(8)) {
-                // A factor or limit of the same order of magnitude.
+                // Usually of the same order of magnitude as the default.
                 (Value::Real(start), 0..=5) if start != 0.0 => start * random.one_of(&[0.1, 0.25, 0.5, 0.9, 1.0, 2.0]),
                 (Value::Real(start), 6) if start != 0.0 => random.real(2.0 * start),
                 _ => self.real(random),
@@ -133,7 +134,7 @@ impl Stretch {
         }
     }
 
-    /// The default value, with a time scaled so that it spans the default number of calls.
+    /// The default value. A duration is scaled so that it spans as many calls as it does at the default sampling time.
     fn start(&self, row: &StaticRow) -> Value {
         match row.start {
             Value::Time(_) if row.role != Role::Cycle => Value::Time(Time::ms(self.calls(row, 1.0))),
@@ -141,14 +142,15 @@ impl Stretch {
         }
     }
 
-    /// `factor` times the default duration, measured in calls.
+    /// A duration in milliseconds that spans `factor` times as many calls as the default duration does at the default
+    /// sampling time.
     fn calls(&self, row: &StaticRow, factor: f64) -> i32 {
         let Value::Time(start) = row.start else { return 0 };
         let calls = f64::from(start.milliseconds()) / self.start_cycle * factor;
         self.cycle.saturating_mul(calls.round() as i32)
     }
 
-    /// Usually a multiple of the sampling time, of about the default magnitude.
+    /// A random duration in milliseconds: usually a multiple of the sampling time, and of about the default magnitude.
     fn time(&self, random: &mut Random, row: &StaticRow) -> i32 {
         let few = |random: &mut Random| self.cycle.saturating_mul(random.below(12) as i32);
         match random.below(16) {
@@ -221,7 +223,7 @@ fn value_at(kind: Kind, place: i64) -> Value {
     }
 }
 
-/// Whether a row changes frequently.
+/// Whether a row is a signal: an input other than a truth value. Signals change more often than other inputs.
 fn is_signal(row: &StaticRow) -> bool {
     row.role == Role::Input && row.kind != Kind::Bool
 }
@@ -249,12 +251,12 @@ impl Tape {
         make.3
     }
 
-    /// The inputs of a call, counted from 1, as text.
+    /// The names and values of all inputs in a call; calls are counted from 1.
     pub fn inputs_of(&self, call: usize) -> Vec<(String, String)> {
         let mut values: Vec<u32> = self.inputs.iter().map(|row| bits(self.table.rows[*row].start)).collect();
         let mut made = 0;
         for entry in &self.entries {
-            // Calls are counted from 1.
+            // The changes before this call have been made.
             if made == call {
                 break;
             }
@@ -308,7 +310,7 @@ fn restart_input<B: Block>(inputs: &[usize]) -> Option<usize> {
     switches.first().copied()
 }
 
-/// A call: the changed inputs, and the block after the call.
+/// A call: the changed inputs, as indices into the tape's inputs, and the block after the call.
 struct Call<B> {
     changes: Vec<(usize, Value)>,
     block: B,
@@ -342,8 +344,8 @@ impl Maker {
         }
     }
 
-    /// The next call; `None` if no values lead to usable outputs: all result in infinity, or in numbers that a CPU may
-    /// flush to 0.
+    /// The next call; `None` if no inputs are found with which all outputs are usual ([`is_usual`]) and the block has
+    /// no restart input.
     fn call<B: Block>(&mut self, stretch: &Stretch, block: &B, begins: bool, is_first: bool) -> Option<Call<B>> {
         let restarts = is_first || begins && self.random.once_in(3) || self.random.once_in(400);
         for tries in 0..40 {
@@ -374,7 +376,7 @@ impl Maker {
                 return Some(Call { changes, block: next });
             }
         }
-        // The block's memory itself is out of range: only a restart helps.
+        // The block's memory itself is out of range, so only a restart helps.
         let restart = self.restart?;
         let mut next = block.clone();
         let changes = vec![(self.inputs.iter().position(|row| *row == restart)?, Value::Bool(true))];
@@ -389,8 +391,8 @@ impl Maker {
     }
 
     /// Finds an input and a value at which outputs switch differently than at the neighbouring value, within `calls`
-    /// calls and with nothing else changed: the block's threshold to within one unit in the last place. `None` if there
-    /// is none.
+    /// calls and with nothing else changed: the block's threshold to within one unit in the last place. `None` if none
+    /// is found.
     fn threshold<B: Block>(&mut self, stretch: &Stretch, block: &B, calls: usize) -> Option<(usize, Value)> {
         let switches: Vec<usize> = self.switches().collect();
         for _ in 0..16 {
@@ -447,7 +449,8 @@ impl Maker {
         all
     }
 
-    /// A stretch of calls: the one among several candidates in which outputs switch most often.
+    /// The calls of one stretch: among several candidates, the one in which outputs of type BOOL switch most often per
+    /// call. Empty if no candidate contains a call.
     fn stretch<B: Block>(&mut self, block: &B, is_first: bool) -> Vec<Call<B>> {
         let seeks = 2 * self.switches().count() >= self.outputs.len();
         let tries = self.random.one_of(&[1, 4, 12]);

@@ -1,4 +1,4 @@
-//! Expressions.
+//! Compiles expressions.
 
 use super::place::Location;
 use super::{Compiler, Home, Scope, warning, wrong_type};
@@ -8,7 +8,8 @@ use crate::ir::{Binary, Expr, Place, Scalar, Type};
 use crate::machine::code::{Op, Register};
 
 impl Compiler<'_> {
-    /// Compiles a number of the given type to any register; writes only to `into`, if given, and to free registers.
+    /// Compiles an expression, which must have the given type, and returns the register with its value: `into` if
+    /// given, else any. Only `into` and free registers are written.
     pub(super) fn typed(
         &mut self,
         scope: &mut Scope,
@@ -23,7 +24,7 @@ impl Compiler<'_> {
         self.expr(scope, expr, into)
     }
 
-    /// Compiles an integer of any type.
+    /// Compiles an expression, which must have an integer type.
     pub(super) fn integer(&mut self, scope: &mut Scope, expr: &Expr) -> Result<Register, String> {
         let ty = expr.ty();
         if ty.is_integer() { self.expr(scope, expr, None) } else { Err(wrong_type("an integer", ty)) }
@@ -130,7 +131,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Compiles both operands. A variable on the left is copied if statements on the right may change it.
+    /// Compiles both operands. The left one is copied if the right one runs statements, which may change a variable.
     fn operands(
         &mut self,
         scope: &mut Scope,
@@ -145,7 +146,7 @@ impl Compiler<'_> {
         Ok((a, b))
     }
 
-    /// Compiles three numbers to consecutive registers.
+    /// Compiles three expressions to consecutive registers and returns the first.
     fn three(&mut self, scope: &mut Scope, parts: &[Expr; 3], types: [Scalar; 3]) -> Result<Register, String> {
         let registers = [scope.take()?, scope.take()?, scope.take()?];
         for ((part, ty), register) in parts.iter().zip(types).zip(registers) {
@@ -154,7 +155,7 @@ impl Compiler<'_> {
         Ok(registers[0])
     }
 
-    /// The addresses and capacities of two strings, and whether they are wide.
+    /// The registers with the addresses of two strings, their capacities, and whether both are wide.
     #[allow(clippy::type_complexity)]
     fn texts(
         &mut self,
@@ -172,7 +173,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Records the warning of the preceding instruction.
+    /// Records the warning that the last emitted instruction may issue.
     fn warn(&mut self, by_zero: bool, ty: Scalar) {
         let warning = warning(by_zero, ty);
         self.code.warnings.insert((self.code.ops.len() - 1) as u32, warning);

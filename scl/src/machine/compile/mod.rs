@@ -1,4 +1,4 @@
-//! Compiles the typed program to instructions.
+//! Compiles a typed program to instructions.
 
 mod expr;
 mod place;
@@ -13,15 +13,14 @@ use std::collections::BTreeSet;
 /// The maximum memory size of a program, in bytes.
 const LARGEST_MEMORY: usize = 64 << 20;
 
-/// The maximum call depth.
+/// The maximum depth of nested calls.
 const DEEPEST: usize = 256;
 
 impl Code {
     /// Compiles a program.
     ///
     /// # Errors
-    /// The program is too large, a function calls itself, or the program is inconsistent; the message names the
-    /// function and the line.
+    /// The program is too large or inconsistent, or a function calls itself.
     pub fn compile(program: &Program) -> Result<Code, String> {
         let memory = program.records.get(program.memory).ok_or("the program has no memory")?;
         let constants = program.records.get(program.constants).ok_or("the program has no constants")?;
@@ -71,7 +70,7 @@ impl Code {
     }
 }
 
-/// The first registers, bytes and call level not used by a function and its callees.
+/// What a function and its callees use: the registers and bytes below these numbers, and the depth of nested calls.
 #[derive(Clone, Copy)]
 struct Space {
     registers: usize,
@@ -82,7 +81,7 @@ struct Space {
 struct Compiler<'a> {
     program: &'a Program,
     code: Code,
-    /// The address of the constants.
+    /// The address of the constants in memory.
     constants: usize,
     /// The space used by each compiled function.
     spaces: Vec<Space>,
@@ -92,14 +91,15 @@ struct Compiler<'a> {
     natives: Vec<(&'static str, Native, usize)>,
 }
 
-/// The storage of a local.
+/// Where a local is stored.
 #[derive(Clone, Debug)]
 enum Home {
-    /// The register that holds a number.
+    /// A number: its register.
     Register(Register),
-    /// The register that holds the address, followed by the bounds if it is a [`Type::Open`].
+    /// A parameter passed by reference: the register with its address. For a [`Type::Open`], the bounds follow in the
+    /// next registers.
     Reference(Register),
-    /// An address in memory.
+    /// Any other variable: its address in memory.
     Memory(usize),
 }
 
@@ -111,20 +111,20 @@ struct Scope<'a> {
     homes: Vec<Home>,
     /// The next free register.
     next: usize,
-    /// The high-water mark of registers in use.
+    /// The highest value that `next` has had.
     most: usize,
-    /// The instruction at each label: labels of the program, then those of the compiler.
+    /// The instruction at each label, `None` until it is placed: labels of the program, then those of the compiler.
     labels: Vec<Option<Target>>,
-    /// The target labels of `Break` and `Continue` for each enclosing loop.
+    /// The labels to which `Break` and `Continue` jump, for each enclosing loop.
     loops: Vec<(usize, usize)>,
     /// The source line being compiled.
     at: At,
-    /// The current run of statements, and its [`Op::Mark`].
+    /// The current run of statements, and the index of its [`Op::Mark`].
     run: Option<(u32, usize)>,
 }
 
 impl<'a> Compiler<'a> {
-    /// Compiles the callees of a function, then the function itself.
+    /// Compiles the callees of a function, then the function itself, unless it has already been compiled.
     fn function(&mut self, number: usize, depth: usize) -> Result<(), String> {
         if self.code.entries[number] != Target::MAX {
             return Ok(());
@@ -166,7 +166,7 @@ impl<'a> Compiler<'a> {
         })?;
         self.emit(&scope, Op::Return);
         self.resolve(first, &scope)?;
-        // Callers use the registers and bytes beyond those of this function.
+        // Callers use the registers and bytes above those of this function.
         space.registers = scope.most;
         space.memory = self.frame(function, space.memory, function.locals.len());
         self.spaces[number] = space;
@@ -234,7 +234,7 @@ impl<'a> Compiler<'a> {
         align(address, 8)
     }
 
-    /// Rejects types that do not exist or have no size.
+    /// Rejects a type that refers to a missing record, has no elements, is too large or has too many dimensions.
     fn check(&self, ty: &Type, depth: usize) -> Result<(), String> {
         match ty {
             Type::Record(record) if *record >= self.program.records.len() => Err("a record does not exist".to_string()),
@@ -253,7 +253,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Initializes the locals other than the parameters.
+    /// Emits the instructions that initialize the locals other than the parameters.
     fn prologue(&mut self, scope: &Scope) {
         let function = scope.function;
         let (mut first, mut count) = (ZERO, 0);
@@ -273,7 +273,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Emits a copy of a type's start values to an address.
+    /// Emits an instruction that copies a type's start values to an address.
     fn start_values(&mut self, scope: &Scope, address: usize, ty: &Type) {
         let image = self.program.start(ty);
         let (from, size) = (self.code.images.len() as u32, image.len() as u32);
@@ -281,7 +281,7 @@ impl<'a> Compiler<'a> {
         self.emit(scope, Op::Image { to: address as u32, from, size });
     }
 
-    /// Resolves the jumps of a function to instruction indices.
+    /// Replaces the labels in a function's jumps with instruction indices.
     fn resolve(&mut self, first: usize, scope: &Scope) -> Result<(), String> {
         for op in &mut self.code.ops[first..] {
             if let Op::Jump { to }
@@ -303,7 +303,7 @@ impl<'a> Compiler<'a> {
         self.code.lines.push(scope.at);
     }
 
-    /// Appends the parts of a type that a comparison covers.
+    /// Appends the parts of a type that a comparison of two variables must cover.
     fn parts(&self, ty: &Type, offset: usize, parts: &mut Vec<Part>) -> Result<(), String> {
         const MOST: usize = 10_000;
         match ty {
@@ -347,7 +347,7 @@ impl<'a> Compiler<'a> {
     }
 }
 
-/// The number of labels.
+/// Finds the number of labels in statements: the highest label + 1.
 #[derive(Default)]
 struct Labels(usize);
 
@@ -360,7 +360,7 @@ impl Look for Labels {
     }
 }
 
-/// The functions called by statements.
+/// The functions that statements call directly.
 fn callees(body: &[Statement]) -> BTreeSet<usize> {
     let mut callees = BTreeSet::new();
     walk::each_call(body, &mut |call| {
@@ -398,7 +398,7 @@ fn wrong_type(expected: impl std::fmt::Display, found: impl std::fmt::Display) -
     format!("expected {expected}, found {found}")
 }
 
-/// The warning message of an operation.
+/// The warning of an operation: a division by 0 or an overflow.
 fn warning(by_zero: bool, ty: Scalar) -> String {
     match (by_zero, ty.is_float()) {
         (true, false) => "division by 0: the result is 0".to_string(),

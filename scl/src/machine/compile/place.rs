@@ -1,4 +1,4 @@
-//! Variables.
+//! Compiles access to variables.
 
 use super::{Compiler, Home, LARGEST_MEMORY, Scope, wrong_type};
 use crate::ir::{At, Base, Expr, Place, Scalar, Step, Type};
@@ -12,7 +12,7 @@ pub(super) enum Location {
 }
 
 impl Compiler<'_> {
-    /// Compiles a variable; the registers of its address stay in use.
+    /// Compiles access to a variable: its location and type. The registers with its address remain allocated.
     pub(super) fn place(&mut self, scope: &mut Scope, place: &Place) -> Result<(Location, Type), String> {
         let program = self.program;
         let (mut location, mut ty) = match place.base {
@@ -50,7 +50,7 @@ impl Compiler<'_> {
         Ok((location, ty))
     }
 
-    /// Compiles an array element or a character of a string.
+    /// Compiles access to an array element or to a character of a string.
     fn element(
         &mut self,
         scope: &mut Scope,
@@ -75,7 +75,7 @@ impl Compiler<'_> {
             return Err(format!("the array needs {} indices", bounds.len()));
         }
         let mut stride = self.program.size(&of);
-        // The last index varies fastest, but the first one is evaluated first.
+        // The last index varies fastest, so strides are computed from the last; indices are evaluated from the first.
         let mut strides = Vec::new();
         for (low, high) in bounds.iter().rev() {
             strides.push(stride);
@@ -125,7 +125,7 @@ impl Compiler<'_> {
         Ok((Location::Memory { base: number, offset: 0 }, *of))
     }
 
-    /// A variable that must be in memory: base register, offset and type.
+    /// The base register, offset and type of a variable, which must be in memory.
     pub(super) fn in_memory(&mut self, scope: &mut Scope, place: &Place) -> Result<((Register, usize), Type), String> {
         match self.place(scope, place)? {
             (Location::Memory { base, offset }, ty) => Ok(((base, offset), ty)),
@@ -139,7 +139,7 @@ impl Compiler<'_> {
         Ok((self.address_of(scope, at)?, ty))
     }
 
-    /// A register that holds an address.
+    /// The register with an address: the base register if the offset is 0, else a new one.
     pub(super) fn address_of(&mut self, scope: &mut Scope, at: (Register, usize)) -> Result<Register, String> {
         if at.1 == 0 {
             return Ok(at.0);
@@ -149,12 +149,12 @@ impl Compiler<'_> {
         Ok(to)
     }
 
-    /// Computes an address and stores it in a register.
+    /// Emits an instruction that computes an address in the register `to`.
     pub(super) fn address_to(&mut self, scope: &Scope, (base, offset): (Register, usize), to: Register) {
         self.emit(scope, Op::Address { to, base, offset: offset as u32 });
     }
 
-    /// Stores a number in a variable.
+    /// Emits an instruction that stores a number in a variable.
     pub(super) fn store(&mut self, scope: &mut Scope, to: Location, ty: Scalar, from: Register) {
         match to {
             Location::Register(to) if to == from => {}
@@ -165,7 +165,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Copies a variable from one address to another.
+    /// Emits an instruction that copies a variable from one address to another.
     pub(super) fn copy(
         &mut self,
         scope: &Scope,

@@ -1,4 +1,4 @@
-//! Statements.
+//! Compiles statements.
 
 use super::place::Location;
 use super::{Compiler, Home, Scope, wrong_type};
@@ -22,7 +22,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// Counts a statement.
+    /// Adds a statement at the current line to the current run, or starts a run with it.
     fn mark(&mut self, scope: &mut Scope) {
         let number = self.code.statements.len() as u32;
         self.code.statements.push(scope.at);
@@ -76,7 +76,7 @@ impl Compiler<'_> {
                 self.here(scope, again);
                 self.unless(scope, condition, end)?;
                 self.looped(scope, body, (end, next))?;
-                // Every jump back goes through the instruction that checks the budget.
+                // Every jump back uses the instruction that checks the budget.
                 self.here(scope, next);
                 self.emit(scope, Op::Back { to: again as Target });
                 self.here(scope, end);
@@ -189,7 +189,8 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// Compiles a call: first all arguments are evaluated, then the places of the outputs, then the function is called.
+    /// Compiles a call: the arguments are evaluated, the places of the outputs are resolved, the function is called,
+    /// and its outputs are copied, in this order.
     fn call(&mut self, scope: &mut Scope, call: &Call) -> Result<(), String> {
         let callee = &self.program.functions[call.function];
         let (instance, homes) = self.homes[call.function].clone();
@@ -213,8 +214,8 @@ impl Compiler<'_> {
         if call.arguments.len() != callee.parameters {
             return Err(format!("{} needs {} arguments", callee.name, callee.parameters));
         }
-        // All arguments are evaluated before the first parameter is written: an argument, or an index in a variable or
-        // output, may call the same function or another one that uses the same registers.
+        // If an argument, or an index in a variable or output, calls a function, all arguments are evaluated before the
+        // first parameter is written: that function may be the same one, or use the same registers.
         let apart = call_runs_statements(call);
         let mut passed = Vec::new();
         for ((argument, local), home) in call.arguments.iter().zip(&callee.locals).zip(&homes) {
@@ -284,7 +285,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// Passes a variable by reference, and the bounds of an open array.
+    /// Passes a variable by reference, with its bounds if the parameter is an open array.
     fn reference(
         &mut self,
         scope: &mut Scope,
@@ -320,7 +321,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// Jumps to a label if a condition is FALSE.
+    /// Emits a jump to a label that is taken if a condition is FALSE.
     fn unless(&mut self, scope: &mut Scope, condition: &Expr, to: usize) -> Result<(), String> {
         let condition = self.typed(scope, condition, Scalar::Bool, None)?;
         scope.run = None;
@@ -328,7 +329,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// Compiles statements, starting a new run.
+    /// Compiles statements in runs of their own.
     fn block(&mut self, scope: &mut Scope, list: &[Statement]) -> Result<(), String> {
         scope.run = None;
         self.statements(scope, list)?;
@@ -336,7 +337,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// The body of a loop, with the labels for `Break` and `Continue`.
+    /// Compiles the body of a loop, with the labels for `Break` and `Continue`.
     fn looped(&mut self, scope: &mut Scope, body: &[Statement], labels: (usize, usize)) -> Result<(), String> {
         scope.loops.push(labels);
         let done = self.block(scope, body);
@@ -344,7 +345,7 @@ impl Compiler<'_> {
         done
     }
 
-    /// Places a label here.
+    /// Places a label at the next instruction and ends the current run.
     fn here(&mut self, scope: &mut Scope, label: usize) {
         scope.labels[label] = Some(self.code.ops.len() as Target);
         scope.run = None;
@@ -352,7 +353,7 @@ impl Compiler<'_> {
 }
 
 impl Scope<'_> {
-    /// Creates a label.
+    /// Creates a label that has not been placed yet.
     fn label(&mut self) -> usize {
         self.labels.push(None);
         self.labels.len() - 1
