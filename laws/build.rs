@@ -1,4 +1,4 @@
-//! Embeds the block sources in the library, so that it can read them wherever it runs.
+//! Embeds the block sources in the library, so that it can read them without the repository.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,8 @@ fn main() -> io::Result<()> {
     fs::write(PathBuf::from(env::var("OUT_DIR").expect("Cargo sets OUT_DIR")).join("blocks.rs"), text)
 }
 
-/// Collects the sources that a law may consist of: all except those compiled only under `#[cfg(test)]`.
+/// Collects the sources that a law may consist of: the Rust files that are not compiled only under `#[cfg(test)]`, and
+/// the documentation files `page.md`.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     let declares = |name: &str| fs::read_to_string(folder.join(name)).unwrap_or_default();
     let declared = declares("mod.rs") + &declares("lib.rs");

@@ -1,4 +1,4 @@
-//! Statements.
+//! Reads statements.
 
 use crate::reader::{Reader, is_outside};
 use crate::source::Error;
@@ -12,12 +12,12 @@ use syn::{Block, Item, Pat, Stmt};
 pub(crate) struct Body<'r, 'a> {
     pub reader: &'r mut Reader<'a>,
     pub file: usize,
-    /// The type that the function belongs to.
+    /// The type that the function belongs to, if it is a method or an associated function.
     pub owner: Option<String>,
     pub locals: Vec<Local>,
     scopes: Vec<Vec<(String, Var)>>,
     out: Vec<Statement>,
-    /// Whether it has so far written only to its own locals.
+    /// Whether the function has so far written only to its own locals.
     pub is_pure: bool,
     /// The number of side effects so far, which remain even if the result is ignored.
     pub effects: usize,
@@ -41,7 +41,7 @@ impl<'r, 'a> Body<'r, 'a> {
         }
     }
 
-    /// The value of a constant expression.
+    /// Evaluates a constant expression of this type.
     pub(crate) fn constant(reader: &mut Reader, file: usize, expr: &syn::Expr, ty: &Ty) -> Result<Value, Error> {
         let mut body = Body::new(reader, file, None);
         let (value, _) = body.number(expr, Some(ty))?;
@@ -59,7 +59,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(std::mem::take(&mut self.out))
     }
 
-    /// Creates locals for a type.
+    /// Creates a variable of a type: one local for each number in it.
     pub(crate) fn local(&mut self, name: &str, ty: &Ty, span: Span) -> Result<Var, Error> {
         Ok(match ty {
             Ty::Tuple(parts) => {
@@ -85,7 +85,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Place::new(Base::Local(self.locals.len() - 1))
     }
 
-    /// Binds a name to a variable.
+    /// Binds a name to a variable in the innermost scope.
     pub(crate) fn bind(&mut self, name: &str, var: Var) {
         if let Some(scope) = self.scopes.last_mut() {
             scope.push((name.to_string(), var));
@@ -116,7 +116,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok((statements, result?))
     }
 
-    /// Runs `done` and keeps only the result, undoing everything else.
+    /// Runs `done` and returns its result; its statements, locals, bindings and effects are discarded.
     pub(crate) fn tried<T>(&mut self, done: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<T, Error> {
         let (locals, effects, is_pure, scopes) = (self.locals.len(), self.effects, self.is_pure, self.scopes.clone());
         let result = self.apart(done).map(|(_, result)| result);
@@ -133,7 +133,7 @@ impl<'r, 'a> Body<'r, 'a> {
         self.push(What::Assign(to, value));
     }
 
-    /// Reads a block with its own scope; stores its value in `to`, if given.
+    /// Reads a block with its own scope; stores the block's value in `to`, if given.
     pub(crate) fn block(&mut self, block: &Block, to: Option<&Var>) -> Result<(), Error> {
         self.scopes.push(Vec::new());
         self.statements(block, to)?;
@@ -141,7 +141,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(())
     }
 
-    /// Reads the statements of a block.
+    /// Reads the statements of a block in the current scope; stores the block's value in `to`, if given.
     pub(crate) fn statements(&mut self, block: &Block, to: Option<&Var>) -> Result<(), Error> {
         let last = block.stmts.len();
         for (number, statement) in block.stmts.iter().enumerate() {
@@ -195,7 +195,7 @@ impl<'r, 'a> Body<'r, 'a> {
         if let Some(var) = self.place(&init.expr)?
             && let Var::Place(_, Ty::Struct(record)) = &var
         {
-            // A struct is bound to another name, or its fields are copied.
+            // A struct is not copied: the new name is bound to it, or its fields are copied to new variables.
             return match pat {
                 Pat::Ident(name) => {
                     self.bind(&name.ident.to_string(), var);
@@ -377,7 +377,7 @@ impl<'r, 'a> Body<'r, 'a> {
             return Err(self.error(to.span(), "this is not a variable"));
         };
         let Var::Place(place, Ty::Struct(record)) = &var else { return self.store(&var, from) };
-        // All fields of a struct are assigned together; new values may be computed from old ones.
+        // All values are computed before the first field is assigned, because they may be computed from old fields.
         let syn::Expr::Struct(it) = from else {
             return Err(self.error(from.span(), "write a struct as Name { field: value, ... }"));
         };
@@ -413,7 +413,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(())
     }
 
-    /// Reads an `if`; stores its value in `to`, if given.
+    /// Reads an `if`; stores the value of the branch taken in `to`, if given.
     fn branch(&mut self, it: &syn::ExprIf, to: Option<&Var>) -> Result<(), Error> {
         let at = self.at;
         self.scopes.push(Vec::new());
@@ -457,14 +457,14 @@ impl<'r, 'a> Body<'r, 'a> {
         if ty == Ty::BOOL { Ok(condition) } else { Err(self.error(expr.span(), format!("expected bool, found {ty}"))) }
     }
 
-    /// Adds a call as a statement.
+    /// Adds a call as a statement; `is_pure` means that the called function writes only to its own locals.
     pub(crate) fn call(&mut self, call: Call, is_pure: bool) {
         let what = What::Call(call);
         self.note(is_pure);
         self.push(what);
     }
 
-    /// Records whether a call writes to anything but locals.
+    /// Records the side effects of a call, unless the called function writes only to its own locals.
     pub(crate) fn note(&mut self, is_pure: bool) {
         if !is_pure {
             self.is_pure = false;

@@ -1,6 +1,6 @@
-//! Reads the check that rejects a block's settings. `Law::check` returns a string, which typed programs lack. It is
-//! therefore read as a function that returns the number of the message and the numbers in it; the messages are kept
-//! separately.
+//! Reads the check that rejects a block's settings. In Rust, `check` returns a string, but typed programs have no
+//! formatted strings. It is therefore read as a function that returns the number of the message and the numbers in
+//! it; the messages are kept separately.
 
 use crate::item::Function;
 use crate::reader::Reader;
@@ -13,17 +13,17 @@ use syn::spanned::Spanned;
 use syn::visit_mut::{VisitMut, visit_expr_mut};
 use syn::{Expr, Lit, Token};
 
-/// The maximum number of values in a message.
+/// The maximum number of numbers in a message.
 pub const NUMBERS: usize = 4;
 
 /// The check of a block's settings.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// The index of the function that writes `refusal`, the 1-based number of the message (0 for none), and `refusal_1`
-    /// and so on, the numbers in the message.
+    /// The index of the function that writes the check's result to memory: the 1-based number of the message (0 if the
+    /// settings are accepted) to `refusal`, and the numbers in the message to `refusal_1`, `refusal_2` and so on.
     pub function: usize,
-    /// The messages. The character U+0001 is a placeholder for a number formatted with `{}`, U+0002 for one formatted
-    /// with `{:?}`.
+    /// The messages, in the order of their numbers. The character U+0001 is a placeholder for a number formatted with
+    /// `{}`, U+0002 for one formatted with `{:?}`.
     pub messages: Vec<String>,
 }
 
@@ -33,7 +33,7 @@ pub(crate) fn members() -> impl Iterator<Item = (String, Type)> {
     std::iter::once(("refusal".to_string(), Type::Scalar(Scalar::I32))).chain((1..=NUMBERS).map(number))
 }
 
-/// The block's check function, and its messages.
+/// The function read from a block's `check` method, and its messages.
 pub(crate) struct Refusals {
     function: usize,
     messages: Vec<String>,
@@ -152,7 +152,7 @@ impl Rewrite {
     }
 }
 
-/// The number of a refusal and the numbers of its message, padded to the maximum.
+/// The number of a refusal and the numbers in its message as a tuple, padded with 0 to [`NUMBERS`].
 fn tuple(refusal: usize, numbers: Vec<Expr>) -> syn::Result<Expr> {
     // The numbers keep their source locations; new expressions have none.
     let mut elements: Punctuated<Expr, Token![,]> = Punctuated::new();

@@ -9,7 +9,7 @@ use syn::spanned::Spanned;
 use syn::{BinOp, ExprBinary, ExprIf, ExprLit, Lit, Stmt, UnOp};
 
 impl Body<'_, '_> {
-    /// Reads a number, with its type.
+    /// Reads an expression that must be a number, and returns its type as well.
     pub(crate) fn number(&mut self, expr: &syn::Expr, want: Option<&Ty>) -> Result<(Expr, Ty), Error> {
         match self.value(expr, want)? {
             Val::Number(expr, ty) => Ok((expr, ty)),
@@ -228,7 +228,7 @@ impl Body<'_, '_> {
         Ok(Val::Number(value, if compares { Ty::BOOL } else { ty }))
     }
 
-    /// Compares two values part by part.
+    /// Compares two values for equality, part by part.
     fn same(&mut self, left: Val, right: Val, it: &ExprBinary) -> Result<Expr, Error> {
         let at = self.place_of_line();
         match (left, right) {
@@ -251,7 +251,7 @@ impl Body<'_, '_> {
         }
     }
 
-    /// Reads `&&` and `||`. The right side is always evaluated if that makes no observable difference.
+    /// Reads `&&` and `||`. The right side is evaluated unconditionally if that makes no observable difference.
     fn logic(&mut self, it: &ExprBinary) -> Result<Val, Error> {
         let at = self.place_of_line();
         let is_and = matches!(it.op, BinOp::And(_));
@@ -360,7 +360,7 @@ impl Body<'_, '_> {
         })
     }
 
-    /// Reads `if` as a number: a selection if no branch has side effects.
+    /// Reads an `if` with a value: as a selection if each branch is a single expression without side effects.
     fn select(&mut self, expr: &syn::Expr, it: &ExprIf, want: Option<&Ty>) -> Result<Val, Error> {
         let ty = match want.filter(|want| want.is_known()) {
             Some(want) => want.clone(),
@@ -395,7 +395,7 @@ impl Body<'_, '_> {
         self.apart_value(expr, Some(&ty))
     }
 
-    /// The value of an expression that needs statements.
+    /// Reads an expression that needs statements, which store its value in a new variable.
     fn apart_value(&mut self, expr: &syn::Expr, want: Option<&Ty>) -> Result<Val, Error> {
         let ty = match want.filter(|want| want.is_known()) {
             Some(want) => want.clone(),
@@ -414,18 +414,18 @@ impl Body<'_, '_> {
         })
     }
 
-    /// A conversion by value.
+    /// Converts a number by value to another type.
     pub(crate) fn converted(&self, value: Expr, from: Scalar, to: Scalar) -> Expr {
         if from == to { value } else { Expr::Convert(Convert::Value, from, to, Box::new(value), self.place_of_line()) }
     }
 }
 
-/// The integer type for a literal where this type is expected.
+/// The integer type of a literal where this type is expected; `None` if the expected type is not an integer type.
 fn open_integer(want: &Ty) -> Option<Scalar> {
     want.kept().filter(|it| it.is_integer())
 }
 
-/// An associated constant of a number type.
+/// The value of an associated constant of a number type, such as `MAX`.
 fn limit_of(ty: Scalar, name: &str) -> Option<Value> {
     let bits = 8 * ty.size();
     let float = |f32: f32, f64: f64| if ty == Scalar::F32 { Value::from(f32) } else { Value::from(f64) };

@@ -1,11 +1,11 @@
-//! The items of all files.
+//! The items declared in all files.
 
 use crate::source::{Error, File, LIBRARY_PATH, Sources};
 use crate::table::{Doc, Table, docs};
 use proc_macro2::Span;
 use syn::{Block, Expr, Ident, ImplItem, Item, Signature, Type};
 
-/// The items declared in the files.
+/// The items that a law can use.
 #[derive(Default)]
 pub(crate) struct Items {
     pub functions: Vec<Function>,
@@ -21,7 +21,7 @@ pub(crate) struct Items {
 /// A function or a method.
 pub(crate) struct Function {
     pub file: usize,
-    /// The type that it belongs to.
+    /// The type whose `impl` contains it.
     pub owner: Option<String>,
     pub docs: Vec<Doc>,
     pub signature: Signature,
@@ -99,8 +99,8 @@ impl Items {
         Ok(())
     }
 
-    /// The function with this name, as visible in a file: from the library, from the file itself, or the only one
-    /// elsewhere.
+    /// The index of the function with this name, as visible in the file `from`: the library's, otherwise the file's
+    /// own, otherwise the only one in all other files.
     pub(crate) fn function(&self, sources: &Sources, owner: Option<&str>, name: &str, from: usize) -> Option<usize> {
         let named = |it: &Function| it.owner.as_deref() == owner && it.signature.ident == name;
         let all: Vec<usize> = (0..self.functions.len()).filter(|number| named(&self.functions[*number])).collect();
@@ -110,7 +110,8 @@ impl Items {
         all.iter().find(of_library).or_else(|| all.iter().find(own)).or_else(only).copied()
     }
 
-    /// The constant with this name, as visible in a file.
+    /// The constant with this name, as visible in the file `from`: the file's own, otherwise the only one in all other
+    /// files.
     pub(crate) fn constant(&self, owner: Option<&str>, name: &str, from: usize) -> Option<&Constant> {
         let named = |it: &&Constant| it.owner.as_deref() == owner && it.name == name;
         let mut all = self.constants.iter().filter(named);

@@ -3,7 +3,7 @@
 use crate::{Sources, read};
 use scl::ir::{Body, Program};
 
-/// The program with the laws of its native blocks, so that it can be printed as C.
+/// A copy of the program to which the laws of its native blocks have been added, so that it can be printed as C.
 ///
 /// # Errors
 /// The law of a block uses something unsupported; the message states the location.

@@ -27,7 +27,7 @@ impl Body<'_, '_> {
                 if name == "is_none" { overflows } else { Expr::Unary(Unary::Not, Scalar::Bool, Box::new(overflows)) };
             return Ok(Val::Number(value, Ty::BOOL));
         }
-        // A literal receiver takes the expected type.
+        // A literal receiver has the type of the first argument, otherwise the expected type.
         let receiver = self.value(&it.receiver, None)?;
         let receiver = match receiver {
             Val::Number(_, Ty::Float | Ty::Integer) => {
@@ -95,8 +95,8 @@ impl Body<'_, '_> {
         }
     }
 
-    /// The overflow condition of `checked_add` and similar methods on integers of up to 32 bits; `None` for other
-    /// methods.
+    /// The condition under which `checked_add`, `checked_sub` or `checked_mul` overflows, for integers of up to 32
+    /// bits; `None` for other methods.
     fn overflows(&mut self, it: &ExprMethodCall) -> Result<Option<Expr>, Error> {
         let at = self.place_of_line();
         let op = match &*it.method.to_string() {
@@ -119,7 +119,7 @@ impl Body<'_, '_> {
         Ok(Some(Expr::Binary(Binary::Or, Scalar::Bool, Box::new(below), Box::new(above), at)))
     }
 
-    /// Reads a method of a number.
+    /// Reads the call of a method of a number.
     fn of_number(
         &mut self,
         it: &ExprMethodCall,
@@ -208,7 +208,7 @@ impl Body<'_, '_> {
         self.call_with(function, None, vec![(value, ty)], arguments, it.span())
     }
 
-    /// Reads a function of a newtype: access to its inner number, its constructor, or an ordinary function.
+    /// Reads the call of a newtype's function: access to the inner number, a constructor, or an ordinary function.
     fn of_newtype(
         &mut self,
         item: usize,
@@ -309,7 +309,7 @@ impl Body<'_, '_> {
         self.call_with(function, instance, Vec::new(), arguments, span)
     }
 
-    /// Calls a function with given values and additional arguments.
+    /// Calls a function with the values in `first`, followed by the arguments.
     fn call_with(
         &mut self,
         function: usize,
@@ -391,7 +391,8 @@ impl Body<'_, '_> {
         Ok(Val::Number(self.value_as(value, from, to), Ty::Scalar(to)))
     }
 
-    /// The rounding mode, the number and its type, for a floating-point number converted to an integer.
+    /// Reads the operand of a conversion to an integer: its rounding mode, value and type. `None` if it is not a
+    /// floating-point number.
     fn float(&mut self, expr: &syn::Expr) -> Result<Option<(Convert, Expr, Scalar)>, Error> {
         let ty = self.ty(expr)?;
         if !matches!(ty, Ty::Scalar(Scalar::F32 | Scalar::F64)) {
@@ -404,7 +405,7 @@ impl Body<'_, '_> {
         })
     }
 
-    /// Converts a number by value; a truth value becomes 0 or 1.
+    /// Converts a number by value, as `from` and `as` do; a truth value becomes 0 or 1.
     fn value_as(&self, value: Expr, from: Scalar, to: Scalar) -> Expr {
         let value = self.converted(value, from, to);
         crate::body::folded(&value).map_or(value, Expr::Const)

@@ -1,4 +1,4 @@
-//! Reads `match`.
+//! Reads `match` expressions.
 
 use crate::body::Body;
 use crate::source::Error;
@@ -8,7 +8,8 @@ use syn::spanned::Spanned;
 use syn::{ExprMatch, Pat};
 
 impl Body<'_, '_> {
-    /// Reads a `match`; stores its value in `to`, if given. The last arm handles whatever the others do not.
+    /// Reads a `match`; stores the value of the arm taken in `to`, if given. The last arm, unless it has a guard, is
+    /// taken if no other arm matches.
     pub(crate) fn choose(&mut self, it: &ExprMatch, to: Option<&Var>) -> Result<(), Error> {
         let value = self.value(&it.expr, None)?;
         let value = self.fixed(value);
@@ -38,7 +39,7 @@ impl Body<'_, '_> {
         Ok(())
     }
 
-    /// A value that can be examined several times.
+    /// The same value, stored in variables where necessary, so that it can be examined several times.
     fn fixed(&mut self, value: Val) -> Val {
         match value {
             Val::Number(expr @ Expr::After(..), ty) => match self.local("value", &ty, proc_macro2::Span::call_site()) {

@@ -1,4 +1,4 @@
-//! Converts the items to a program: types, records and functions, each on first use.
+//! Converts items to a program: types, records and functions are each converted when first used.
 
 use crate::body::Body;
 use crate::check;
@@ -22,13 +22,13 @@ pub(crate) struct Reader<'a> {
     pub program: Program,
     /// For each record, the Rust names and types of its fields, in member order.
     pub fields: BTreeMap<usize, Vec<(String, Ty)>>,
-    /// The records of blocks and of their memories, by struct name; a memory's name includes the name of its block.
+    /// The records of blocks, by struct name, and of their memories, by [`memory_name`].
     records: BTreeMap<String, usize>,
     /// The functions converted so far, by item index; `None` while being converted.
     made: BTreeMap<usize, Option<usize>>,
     /// The functions that clear a block's outputs and memory, by record.
     cleared: BTreeMap<usize, usize>,
-    /// The signature of each function.
+    /// The signature of each converted function.
     pub signatures: BTreeMap<usize, Signature>,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct Reader<'a> {
 pub(crate) struct Signature {
     pub parameters: Vec<Ty>,
     pub result: Ty,
-    /// The locals that hold the result, in order.
+    /// The locals with the numbers of the result, in order.
     pub results: Vec<usize>,
     /// Whether it writes only to its own locals.
     pub is_pure: bool,
@@ -85,7 +85,7 @@ pub(crate) fn law(sources: &Sources, name: &str, is_whole: bool) -> Result<Law, 
     Ok(Law { program, name: table.name.clone(), record, restart, call, pulse, check })
 }
 
-/// The first sentence of a block's documentation, and its clauses.
+/// The comment at the head of the program: the summary of the block's documentation, and its clauses.
 fn head(sources: &Sources, file: usize, table: &Table) -> String {
     let path = &sources.files[file].path;
     let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
@@ -170,7 +170,7 @@ impl Reader<'_> {
         if let Some((file, table)) = items.blocks.iter().find(|(_, table)| table.ident == name) {
             return Ok(Some(Ty::Struct(self.block(*file, table)?)));
         }
-        // A memory is identified by its block.
+        // The struct name of a memory is not unique, so the memory is found by its block.
         let block = items.blocks.iter().find(|(number, table)| match owner {
             Some(owner) => table.ident == owner,
             None => *number == file,
@@ -183,7 +183,7 @@ impl Reader<'_> {
         Ok(self.records.get(&memory_name(table)).map(|record| Ty::Struct(*record)))
     }
 
-    /// The record of a block.
+    /// The record of a block, created on first use.
     pub(crate) fn block(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
         let ident = table.ident.to_string();
         if let Some(record) = self.records.get(&ident) {
@@ -286,12 +286,12 @@ impl Reader<'_> {
         Some((number, fields[number].1.clone()))
     }
 
-    /// The Rust struct that a record represents.
+    /// The name of the Rust struct that a record represents.
     pub(crate) fn block_of(&self, record: usize) -> Option<String> {
         self.records.iter().find(|(_, number)| **number == record).map(|(name, _)| name.clone())
     }
 
-    /// A function without parameters that calls a method of the block in memory.
+    /// Adds a function without parameters that calls a method of the block in memory and updates the pulse, if any.
     fn entry(&mut self, file: usize, table: &Table, method: &str) -> Result<usize, Error> {
         let owner = table.ident.to_string();
         let instance = Place::new(Base::Memory).member(0);
@@ -305,13 +305,13 @@ impl Reader<'_> {
         Ok(self.add_entry(if method == "call" { "cycle" } else { method }, body))
     }
 
-    /// A function without parameters that updates the pulse of the block in memory.
+    /// Adds a function without parameters that updates the pulse of the block in memory.
     fn pulse(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
         let body = vec![Statement { at: self.at(file, table.ident.span()), what: self.pulse_of(file, table)? }];
         Ok(self.add_entry("pulse", body))
     }
 
-    /// The statement that updates the pulse, which follows the block in memory.
+    /// The statement that updates the member `pulse`, which follows the block in memory.
     fn pulse_of(&mut self, file: usize, table: &Table) -> Result<What, Error> {
         let pulse = Place::new(Base::Memory).member(1);
         let Some(item) = self.items.function(self.sources, Some(&table.ident.to_string()), "pulse", file) else {
@@ -335,7 +335,7 @@ impl Reader<'_> {
         self.program.functions.len() - 1
     }
 
-    /// The function for a method of a block, by struct name.
+    /// The function for a method of the block with this struct name.
     pub(crate) fn method(&mut self, owner: &str, name: &str, file: usize, span: Span) -> Result<usize, Error> {
         if let Some(item) = self.items.function(self.sources, Some(owner), name, file) {
             return self.function(item);
@@ -348,7 +348,7 @@ impl Reader<'_> {
         Err(self.error(file, span, format!("{owner} has no method {name} that can be read")))
     }
 
-    /// The method generated by `block!` that clears outputs, locals, mean and memory.
+    /// The function for the method `clear` that `block!` generates: it clears outputs, locals, mean and memory.
     fn clear(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
         let record = self.block(file, table)?;
         if let Some(function) = self.cleared.get(&record) {
@@ -391,7 +391,7 @@ impl Reader<'_> {
         Ok(function)
     }
 
-    /// The function for an item.
+    /// The function for an item, converted on first use.
     pub(crate) fn function(&mut self, item: usize) -> Result<usize, Error> {
         let items = self.items;
         let it = &items.functions[item];
@@ -406,7 +406,7 @@ impl Reader<'_> {
         Ok(function)
     }
 
-    /// Converts a function.
+    /// Converts a function and adds it to the program.
     pub(crate) fn build(&mut self, it: &Function) -> Result<usize, Error> {
         let items = self.items;
         let owner = it.owner.as_deref();
@@ -477,7 +477,7 @@ impl Reader<'_> {
     }
 }
 
-/// The key of a block's memory among the records.
+/// The key of a block's memory in [`Reader::records`].
 fn memory_name(table: &Table) -> String {
     format!("{}::{}", table.ident, table.memory.as_ref().map_or(String::new(), |(name, _)| name.to_string()))
 }
@@ -510,7 +510,7 @@ pub(crate) fn owner_of(path: &syn::Path) -> Option<String> {
     (count >= 2).then(|| path.segments[count - 2].ident.to_string())
 }
 
-/// Whether a place is outside the function's own locals.
+/// Whether a place is outside the locals of the function that uses it.
 pub(crate) fn is_outside(place: &Place) -> bool {
     !matches!(place.base, Base::Local(_))
 }

@@ -1,4 +1,4 @@
-//! Sources and locations in them.
+//! Source files and errors located in them.
 
 use proc_macro2::Span;
 use std::fmt;
@@ -63,16 +63,16 @@ fn comment(line: &str) -> Option<String> {
     (!text.starts_with(['/', '!'])).then(|| text.trim().to_string())
 }
 
-/// The reason why a law cannot be read.
+/// Why a law cannot be read, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
-    /// The file.
+    /// The path of the file.
     pub file: String,
     /// The 1-based line number.
     pub line: usize,
     /// The 1-based column.
     pub column: usize,
-    /// The unsupported construct, and the remedy.
+    /// What is unsupported or wrong and, where possible, the remedy.
     pub message: String,
 }
 

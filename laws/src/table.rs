@@ -6,11 +6,11 @@ use syn::{Attribute, Expr, Ident, LitStr, Meta, Token, Type, braced, parenthesiz
 
 /// A block as declared in its source.
 pub(crate) struct Table {
-    /// The struct in Rust.
+    /// The name of the struct in Rust.
     pub ident: Ident,
-    /// The name in the PLC.
+    /// The name of the block in the PLC.
     pub name: String,
-    /// The parts of its documentation: lines, or file names.
+    /// The parts of its documentation.
     pub docs: Vec<Doc>,
     pub rows: Vec<Row>,
     pub instances: Vec<Instance>,
@@ -39,14 +39,14 @@ pub(crate) struct Member {
     pub docs: Vec<Doc>,
 }
 
-/// A line of documentation, or the file that contains it.
+/// A line of documentation, or the name of a file with documentation.
 #[derive(Clone, Debug)]
 pub(crate) enum Doc {
     Line(String),
     File(String),
 }
 
-/// The documentation among attributes.
+/// The documentation in a list of attributes.
 pub(crate) fn docs(attributes: &[Attribute]) -> Vec<Doc> {
     let of = |attribute: &Attribute| {
         let Meta::NameValue(pair) = &attribute.meta else { return None };
@@ -64,7 +64,7 @@ pub(crate) fn docs(attributes: &[Attribute]) -> Vec<Doc> {
     attributes.iter().filter_map(of).collect()
 }
 
-/// The first lines of the documentation, up to an empty one.
+/// The lines of the documentation before the first empty line or included file.
 pub(crate) fn short(docs: &[Doc]) -> String {
     let line = |doc: &Doc| match doc {
         Doc::Line(line) if !line.is_empty() => Some(line.clone()),

@@ -1,4 +1,4 @@
-//! Rust types, and the meanings of expressions.
+//! The types of the Rust source, and the values of its expressions.
 
 use scl::ir::{Convert, Expr, Place, Scalar};
 use std::fmt;
@@ -35,7 +35,7 @@ impl Ty {
         Ty::Tuple(Vec::new())
     }
 
-    /// The scalar type of a variable that holds a single number.
+    /// The scalar in which a variable of this type is stored; `None` if the type is not that of a single number.
     pub(crate) fn kept(&self) -> Option<Scalar> {
         match self {
             Ty::Scalar(scalar) => Some(*scalar),
@@ -44,7 +44,7 @@ impl Ty {
         }
     }
 
-    /// The common type of two branches.
+    /// The common type of two expressions, such as the branches of an `if`; `None` if they have none.
     pub(crate) fn unified(&self, other: &Ty) -> Option<Ty> {
         Some(match (self, other) {
             (Ty::Never, ty) | (ty, Ty::Never) => ty.clone(),
@@ -92,19 +92,19 @@ impl fmt::Display for Ty {
     }
 }
 
-/// The meaning of an expression.
+/// The value of an expression.
 #[derive(Clone, Debug)]
 pub(crate) enum Val {
     /// A computed number.
     Number(Expr, Ty),
-    /// A variable.
+    /// A variable that is not a single number.
     Var(Var),
     Tuple(Vec<Val>),
     /// `Some`, or `None`.
     Option(Option<Box<Val>>),
-    /// A rounded floating-point number, which can only be converted.
+    /// A rounded floating-point number, which can only be converted to an integer: rounding mode, number and type.
     Rounded(Convert, Expr, Scalar),
-    /// The ordering of two numbers.
+    /// The ordering of two numbers of this type.
     Compared(Expr, Expr, Scalar),
     /// A range: start, end, whether the end is inclusive, and the type.
     Range(Expr, Expr, bool, Scalar),
@@ -116,7 +116,7 @@ pub(crate) enum Var {
     /// A number or a struct.
     Place(Place, Ty),
     Tuple(Vec<Var>),
-    /// The place of a flag that is true if there is a value, and the value.
+    /// The place of a flag that is true for `Some`, and the variable that holds the value in that case.
     Option(Place, Box<Var>),
 }
 
@@ -142,7 +142,7 @@ impl Var {
         }
     }
 
-    /// Its value.
+    /// Returns the variable's value.
     pub(crate) fn load(&self) -> Val {
         match self {
             Var::Place(place, ty) => match ty.kept() {

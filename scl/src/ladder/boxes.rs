@@ -1,4 +1,4 @@
-//! Boxes that compute a value, and their ENO, which reports whether they succeeded.
+//! Boxes that compute a value, and their ENO, which states whether they succeeded.
 
 use super::elements::{Failure, Formula};
 use super::flow::Value;
@@ -10,7 +10,7 @@ use crate::front::syntax::{Binary, ExpressionId, ExpressionKind, Statement, Stat
 use std::collections::BTreeSet;
 
 impl Lowerer<'_> {
-    /// Lowers a box that runs if EN is TRUE: the statements it executes and the values of its pins.
+    /// Lowers a box that runs if EN is TRUE: adds its statements and sets the values of its output pins.
     pub(super) fn boxed(&mut self, formula: Formula, failure: Failure, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
@@ -31,7 +31,8 @@ impl Lowerer<'_> {
         let is_wired = pins.iter().any(|pin| self.is_awaited(&(number, pin.clone())));
         let has_eno = self.has_eno(element, number);
         let roots = self.roots(targets.iter().map(|(_, target)| *target));
-        // A value moved to several variables is read again for each, so that it may be a string or a structure.
+        // A value moved to several variables is read once per variable, without a temporary, so that it may be a string
+        // or a structure.
         let is_read_again = matches!(formula, Formula::Same) && self.value(result).reads.is_disjoint(&roots);
         let is_direct = !is_wired && (targets.len() <= 1 || is_read_again);
         let flow = if has_eno { self.shared(flow, span) } else { flow };
@@ -136,7 +137,7 @@ impl Lowerer<'_> {
         self.set(elements, number, "ENO", eno.unwrap_or(flow));
     }
 
-    /// Assigns a value to the variables at a pin.
+    /// Returns the assignments of a value to the variables at an output pin.
     fn given_to(&mut self, element: &Element, pin: &str, value: ExpressionId) -> Vec<Statement> {
         let value = self.of_pin(element, pin, value);
         let targets = element.outputs.iter().filter(|(own, _)| own == pin);
@@ -149,7 +150,7 @@ impl Lowerer<'_> {
         self.is_awaited(&(number, "ENO".to_string())) || element.outputs.iter().any(|(pin, _)| pin == "ENO")
     }
 
-    /// The output pins of an element that are in use, except ENO.
+    /// The output pins of an element, except ENO, that are written to a variable or needed by another element.
     pub(super) fn result_pins(&self, element: &Element, number: usize) -> BTreeSet<String> {
         let of_element = self.uses.range((number, String::new())..(number + 1, String::new()));
         let wired = of_element.filter(|(_, uses)| **uses > 0).map(|((_, pin), _)| pin);
@@ -157,8 +158,8 @@ impl Lowerer<'_> {
         wired.chain(written).filter(|pin| *pin != "ENO").cloned().collect()
     }
 
-    /// The value of a box, and an expression that is TRUE if the box fails; `None` if a pin is missing, which has been
-    /// reported.
+    /// The value of a box, and an expression that is TRUE if the box fails (`None` if it cannot fail); `None` after an
+    /// error such as a missing pin, which has been reported.
     fn formula(
         &mut self,
         formula: Formula,
@@ -196,7 +197,7 @@ impl Lowerer<'_> {
             }
             Formula::Step(operator) => {
                 let mut value = self.operand(element, "OPERAND")?;
-                // INC and DEC have a single type, the type of their result.
+                // INC and DEC specify only the type of their result, which is also the type of their operand.
                 if let Some(of) = own.as_ref().and_then(|own| Elementary::named(own)) {
                     value = self.tree.expressions.add(ExpressionKind::As(of, value), span);
                 }
@@ -272,14 +273,14 @@ impl Lowerer<'_> {
         Some((result, failed))
     }
 
-    /// A call to a function with these pins as arguments.
+    /// The call of a named function with these pins as arguments.
     pub(super) fn of_function(&mut self, name: &str, pins: Vec<(String, ExpressionId)>, span: Span) -> ExpressionId {
         let callee = self.function(name, span);
         let arguments = pins.into_iter().map(|(pin, value)| (pin, false, value)).collect();
         self.call(callee, arguments, span)
     }
 
-    /// An expression that is TRUE if the value of `result`, or of one of its parts, overflows its type or is invalid.
+    /// An expression that is TRUE if the value of `result`, or of a part of it, overflows its type or is invalid.
     fn equation_fails(&mut self, result: ExpressionId, span: Span) -> ExpressionId {
         let mut open = vec![result];
         let mut fails = self.of_function("CALL?", vec![("IN".to_string(), result)], span);
@@ -318,7 +319,8 @@ impl Lowerer<'_> {
         fails
     }
 
-    /// An expression that is TRUE if a function is undefined for these inputs.
+    /// An expression that is TRUE if the box fails for these inputs: MN is above MX, K selects no input, or the limits
+    /// or the result are invalid.
     fn condition(
         &mut self,
         kind: &str,
@@ -439,12 +441,12 @@ fn results(element: &Element) -> impl Iterator<Item = (&str, ExpressionId)> {
     element.outputs.iter().filter(|(pin, _)| pin != "ENO").map(|(pin, target)| (pin.as_str(), *target))
 }
 
-/// The value supplied to a pin.
+/// The value supplied to the pin with this name.
 fn value_of(given: &[(String, ExpressionId)], name: &str) -> Option<ExpressionId> {
     given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value)
 }
 
-/// The name of the function parameter for a pin.
+/// The name of the function parameter that receives the value of a pin.
 fn formal(pin: &str) -> String {
     if pin == "ELSE" { "INELSE".to_string() } else { pin.to_string() }
 }

@@ -1,4 +1,4 @@
-//! Calls to instances and functions by pin name.
+//! Calls to instances and functions, whose parameters are named like the pins.
 
 use super::flow::Value;
 use super::lower::Lowerer;
@@ -21,8 +21,8 @@ impl Lowerer<'_> {
         self.call_instance(callee, called, elements, number);
     }
 
-    /// The callee as a timer or counter of the kind named by its element, which determines the type of an undeclared
-    /// data block.
+    /// The callee, as a timer or counter of the element's kind. For a global instance, the kind includes the value type
+    /// set at the element unless that is TIME or INT: it determines the type of a data block that is not declared.
     pub(super) fn as_kind(&mut self, element: &Element, called: ExpressionId, kind: &str) -> ExpressionId {
         let of = element.setting("TIME_TYPE").or(element.setting("VALUE_TYPE")).unwrap_or_default().to_uppercase();
         let is_usual = ["", "TIME", "INT"].contains(&of.as_str());
@@ -31,8 +31,8 @@ impl Lowerer<'_> {
         self.member(called, &name, element.span)
     }
 
-    /// The arguments of a call, taken from the pins of an element, and the variables they write. A negated output is
-    /// written after the call.
+    /// The arguments of a call, taken from the pins of an element, and the root variables that the call may write. A
+    /// negated output is not an argument: it is written after the call.
     fn arguments(&mut self, element: &Element) -> (Vec<(String, bool, ExpressionId)>, BTreeSet<String>) {
         let span = element.span;
         let mut arguments = Vec::new();
@@ -64,7 +64,7 @@ impl Lowerer<'_> {
         (arguments, roots)
     }
 
-    /// Whether the block may write a pin; true for unknown pins.
+    /// Whether the called block may write the variable at an input pin; true if the call does not list the parameter.
     fn is_in_out(&self, element: &Element, pin: &str) -> bool {
         element.call.is_some() && parameter(element, pin).is_none_or(|parameter| parameter.way == Way::InOut)
     }
@@ -93,7 +93,7 @@ impl Lowerer<'_> {
             let call = lowerer.call(callee, arguments, span);
             lowerer.push(StatementKind::Call(call), span);
         });
-        // Pins written to several variables, or negated.
+        // Negated pins, and the additional variables of pins written to several.
         for (at, (pin, target)) in element.outputs.iter().enumerate() {
             let is_again = element.outputs[..at].iter().any(|(before, _)| before == pin);
             if pin != "ENO" && (is_again || element.negated.contains(pin)) {
@@ -116,13 +116,13 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The value output at a pin, negated if the pin is.
+    /// The value at an output pin: negated if the pin is negated.
     pub(super) fn of_pin(&mut self, element: &Element, pin: &str, value: ExpressionId) -> ExpressionId {
         let is_negated = element.negated.iter().any(|negated| negated == pin);
         if is_negated { self.unary(Unary::Not, value, element.span) } else { value }
     }
 
-    /// ENO of a call, if it is wired; FALSE before the call.
+    /// Appends ENO to the arguments of a call if it is in use, and returns its value, which is FALSE before the call.
     fn eno_of_call(
         &mut self,
         element: &Element,
@@ -163,7 +163,7 @@ impl Lowerer<'_> {
         let mut carried: Vec<(String, ExpressionId)> = Vec::new();
         let mut value = None;
         let mut pins = self.result_pins(element, number);
-        // A function has all its outputs, even unconnected ones.
+        // A call to a function must have arguments for all outputs, even unconnected ones.
         let open = element.open.iter().filter(|pin| *pin != "ENO" && !self.is_value(element, pin));
         pins.extend(open.filter(|_| element.call.is_some()).cloned());
         for pin in pins {

@@ -5,7 +5,7 @@ use crate::front::syntax::{Binary, Unary};
 /// An instruction.
 #[derive(Debug)]
 pub(crate) struct Instruction {
-    /// Its names in SimaticML, in SIMATIC SD and elsewhere; case-insensitive.
+    /// Its names in SimaticML, SIMATIC SD and other sources; letter case is ignored.
     pub names: &'static [&'static str],
     /// Its behaviour.
     pub law: Law,
@@ -16,15 +16,15 @@ pub(crate) struct Instruction {
 pub(crate) enum Law {
     /// f AND operand; f AND NOT operand if `true`.
     Contact(bool),
-    /// f AND an edge of the operand, whose last value is stored in `bit`; the edge is rising if `true`.
+    /// f AND an edge of the operand, whose last value is stored at the pin BIT; the edge is rising if `true`.
     EdgeContact(bool),
-    /// An edge of f, whose last value is stored in `bit`; the edge is rising if `true`.
+    /// An edge of f, whose last value is stored at the pin BIT; the edge is rising if `true`.
     EdgeOfFlow(bool),
     /// f AND (in1 op in2).
     Compare(Binary),
-    /// f AND the value is within the limits, or outside them if `false`.
+    /// f AND the value is within the limits if `true`, outside them if `false`.
     Range(bool),
-    /// f AND the operand is a valid floating-point number, or an invalid one if `false`.
+    /// f AND the operand is a valid floating-point number if `true`, an invalid one if `false`.
     Valid(bool),
     /// An FBD gate or a LAD junction.
     Gate(Binary),
@@ -32,11 +32,11 @@ pub(crate) enum Law {
     Not,
     /// operand := f; operand := NOT f if `true`.
     Coil(bool),
-    /// IF f THEN operand := TRUE, or FALSE if `false`.
+    /// IF f THEN operand := TRUE if `true`, operand := FALSE if `false`.
     Set(bool),
-    /// IF f THEN n consecutive bits, starting at the operand, := TRUE, or FALSE if `false`.
+    /// IF f THEN N consecutive bits, starting at the operand, := TRUE if `true`, := FALSE if `false`.
     SetField(bool),
-    /// operand := an edge of f; f itself is passed on.
+    /// operand := an edge of f, which is rising if `true`; f itself is passed on.
     EdgeCoil(bool),
     /// A flip-flop; `true` if SET is dominant.
     FlipFlop(bool),
@@ -46,13 +46,13 @@ pub(crate) enum Law {
     System,
     /// A coil that starts a timer of this kind.
     TimerCoil(&'static str),
-    /// IF f THEN a function is applied to the timer.
+    /// IF f THEN this function is called with the timer.
     TimerFunction(&'static str),
-    /// IF f, or IF NOT f if `false`, THEN GOTO the label.
+    /// IF f (`true`) or IF NOT f (`false`) THEN GOTO the label.
     Jump(bool),
     /// The position of a label.
     Label,
-    /// IF f THEN RETURN, with this ENO or the operand as ENO.
+    /// IF f THEN RETURN, which sets the block's ENO as specified.
     Return(Returned),
     /// A box that runs if EN is TRUE.
     Box(Formula, Failure),
@@ -64,7 +64,7 @@ pub(crate) enum Law {
     Refused(&'static str),
 }
 
-/// ENO of the block after a Return element.
+/// The value that a Return element assigns to the block's ENO.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub(crate) enum Returned {
@@ -90,7 +90,7 @@ pub(crate) enum Formula {
     Call(&'static str, &'static [&'static str], &'static [&'static str]),
     /// Like `Call`, with the result type appended to the function's name.
     Typed(&'static str, &'static [&'static str], &'static [&'static str]),
-    /// A conversion from the type of the box to that of its result.
+    /// A conversion of IN from the source type to the destination type of the box.
     Convert,
     /// The expression written in the box.
     Equation,
@@ -101,9 +101,9 @@ pub(crate) enum Formula {
 pub(crate) enum Failure {
     /// Never.
     Never,
-    /// A number overflows its type or is not a valid floating-point number. Holds the kind of calculation.
+    /// A number overflows its type or is not a valid floating-point number in this kind of calculation.
     Calculation(&'static str),
-    /// The named condition on the same pins is TRUE.
+    /// The named condition on the pins of the box is TRUE.
     Condition(&'static str),
 }
 
@@ -114,12 +114,12 @@ const fn row(names: &'static [&'static str], law: Law) -> Instruction {
     Instruction { names, law }
 }
 
-/// A box with one result.
+/// The row of a box with one result.
 const fn function(names: &'static [&'static str], formula: Formula, failure: Failure) -> Instruction {
     Instruction { names, law: Law::Box(formula, failure) }
 }
 
-/// A function of a floating-point IN.
+/// The row of a box that applies a function to a floating-point IN.
 const fn real(names: &'static [&'static str]) -> Instruction {
     function(names, Call(names[0], &[], &["IN"]), Calculation("CALL"))
 }
@@ -272,7 +272,7 @@ pub(crate) fn named(name: &str) -> Option<&'static Instruction> {
     ROWS.iter().find(|row| row.names.iter().any(|own| own.eq_ignore_ascii_case(name)))
 }
 
-/// The name used by an element's law for a pin of a document.
+/// The name that an element's law uses for a pin with this name in a document.
 pub(crate) fn pin_of(law: Option<Law>, pin: &str) -> &str {
     match (law, pin) {
         (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MIN") => "MN",

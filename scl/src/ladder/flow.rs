@@ -8,7 +8,7 @@ use crate::front::syntax::{
 };
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// The nesting depth at which an expression is saved in a temporary.
+/// The nesting depth above which an expression is saved in a temporary.
 const DEEPEST: u32 = 30;
 
 /// The value that a pin carries.
@@ -29,7 +29,7 @@ impl Value {
 #[derive(Debug, Default)]
 pub(super) struct Values {
     of: HashMap<Pin, Value>,
-    /// The pins that read each variable, so that a large network need not be searched at every coil.
+    /// For each variable, the pins whose values read it, so that a large network need not be searched at every coil.
     readers: BTreeMap<String, BTreeSet<Pin>>,
 }
 
@@ -92,7 +92,7 @@ pub(super) fn reads(
         ExpressionKind::Call(_, arguments) => {
             arguments.iter().for_each(|argument| reads(expressions, argument.value, shared, into));
         }
-        // A tag may be at the address.
+        // A tag may have this address.
         ExpressionKind::Address(_) => drop(into.insert(String::new())),
         ExpressionKind::Literal(_) | ExpressionKind::Wrong => {}
     }
@@ -107,7 +107,7 @@ pub(super) fn root(expressions: &Expressions, id: ExpressionId, shared: &BTreeSe
     }
 }
 
-/// An operand in source notation, for messages.
+/// An operand in source notation, for messages and comparisons; `...` for any other expression.
 pub(super) fn shown(expressions: &Expressions, id: ExpressionId) -> String {
     match &expressions[id].kind {
         ExpressionKind::Name(Scope::Global, name) => format!("\"{}\"", name.text),
@@ -138,7 +138,7 @@ impl Lowerer<'_> {
         self.tree.expressions.add(kind, span)
     }
 
-    /// A literal: TRUE, FALSE, a number or a string.
+    /// A literal with this text.
     pub(super) fn literal(&mut self, text: &str, span: Span) -> ExpressionId {
         self.add(ExpressionKind::Literal(text.to_string()), span)
     }
@@ -214,7 +214,7 @@ impl Lowerer<'_> {
         self.add(ExpressionKind::Member(of, Name { text: name.to_string(), span }), span)
     }
 
-    /// A new name for a temporary.
+    /// A new name for a temporary, which the block does not use yet.
     pub(super) fn temporary(&mut self, span: Span) -> Name {
         loop {
             self.count += 1;
@@ -236,7 +236,7 @@ impl Lowerer<'_> {
         self.code.push(Statement { kind, span });
     }
 
-    /// Evaluates a value at this point and saves it in a temporary; constants and temporaries are left as they are.
+    /// Evaluates a value at this point and saves it in a temporary, unless it is a literal, a temporary or TRUE.
     pub(super) fn kept(&mut self, value: Value, span: Span) -> Value {
         let Some(of) = value.of else { return value };
         let is_free = value.reads.is_empty();
@@ -248,12 +248,12 @@ impl Lowerer<'_> {
         Value { of: Some(self.named(&name, span)), reads: BTreeSet::new() }
     }
 
-    /// A value that remains valid after these variables are written.
+    /// The same value, saved in a temporary if it reads one of these variables, which are about to be written.
     pub(super) fn apart(&mut self, value: Value, roots: &BTreeSet<String>, span: Span) -> Value {
         if value.reads.is_disjoint(roots) { value } else { self.kept(value, span) }
     }
 
-    /// The root variables of these targets.
+    /// The variables to which these targets belong, named as in [`reads`].
     pub(super) fn roots(&self, targets: impl IntoIterator<Item = ExpressionId>) -> BTreeSet<String> {
         targets.into_iter().map(|target| root(&self.tree.expressions, target, &self.owner.shared)).collect()
     }
@@ -268,7 +268,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Assigns a value to a variable.
+    /// Assigns a value to a variable, after saving the pending values that read the variable.
     pub(super) fn assign(&mut self, target: ExpressionId, value: ExpressionId, span: Span) {
         let roots = self.roots([target]);
         self.before_writing(&roots, span);

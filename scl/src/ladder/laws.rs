@@ -13,8 +13,9 @@ use crate::front::syntax::{Binary, ExpressionId, ExpressionKind, Name, Statement
 const FLOW: &[&str] = &["PRE", "IN"];
 /// The pins for the preset time of a timer coil.
 const PRESET: [&str; 4] = ["PT", "VALUE", "TV", "PRESET"];
-/// The maximum number of bits in a field, and in a field within one variable.
+/// The maximum number of bits in a field of an array.
 const MOST_BITS: i128 = 65_535;
+/// The maximum number of bits in a field of a bit string.
 const MOST_BITS_OF_A_WORD: i128 = 64;
 
 impl Lowerer<'_> {
@@ -114,7 +115,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// An edge of a value; its previous value is stored in `bit`.
+    /// Detects an edge of a value, whose previous value is in `bit`, then stores the value there.
     fn edge(&mut self, value: Value, bit: ExpressionId, is_rising: bool, span: Span) -> Value {
         let value = self.shared(value, span);
         let (now, before) = (self.expression(&value, span), bit);
@@ -131,7 +132,7 @@ impl Lowerer<'_> {
         edge
     }
 
-    /// A value converted to the type that the element declares for its inputs.
+    /// A value converted to the type that the element specifies for its inputs, if it specifies one.
     pub(super) fn typed(&mut self, element: &Element, value: ExpressionId) -> ExpressionId {
         // MIN, MAX, LIMIT and SEL specify the type of their inputs in the same setting as counters.
         let of = element.setting("SRCTYPE").or(element.setting("VALUE_TYPE"));
@@ -271,7 +272,7 @@ impl Lowerer<'_> {
         );
     }
 
-    /// The value of a constant integer.
+    /// The value of an integer literal; `None` for any other expression.
     fn whole(&self, id: ExpressionId) -> Option<i128> {
         match &self.tree.expressions[id].kind {
             ExpressionKind::Literal(text) => match constant::read(text) {

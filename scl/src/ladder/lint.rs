@@ -42,7 +42,7 @@ fn law(element: &Element) -> Option<Law> {
 }
 
 impl Lint<'_> {
-    /// The name of a variable, ignoring the NOT of a negated pin.
+    /// The name of a variable in upper case, ignoring the NOT of a negated pin; `None` for any other expression.
     fn name(&self, id: ExpressionId) -> Option<String> {
         match &self.expressions[id].kind {
             ExpressionKind::Unary(Unary::Not, inner) => self.name(*inner),
@@ -152,7 +152,7 @@ impl Lint<'_> {
         uses
     }
 
-    /// Warns about a variable written by one element and read by another when no wire determines their order.
+    /// Warns about a variable that one element writes and another reads, if no wires determine which one runs first.
     fn order(&self, network: &Network, report: &mut Report) {
         let uses: Vec<Uses> = network.elements.iter().map(|element| self.uses(element)).collect();
         let mut readers: HashMap<&str, Vec<usize>> = HashMap::new();

@@ -24,7 +24,7 @@ pub(crate) struct Owner {
 }
 
 impl Owner {
-    /// Collects the block properties that its networks need.
+    /// Collects the properties of a block that its networks need.
     pub(crate) fn new(block: &SourceBlock) -> Owner {
         let mut owner = Owner { title: block.title(), ..Owner::default() };
         for section in &block.sections {
@@ -35,7 +35,7 @@ impl Owner {
                 }
             }
             for member in &section.members {
-                // A view and the variable it overlays may alias any other.
+                // A view (AT) and the variable it overlays may alias each other and any further view.
                 if let Some(at) = &member.at {
                     owner.shared.insert(at.key());
                     owner.shared.extend(member.names.iter().map(Name::key));
@@ -55,11 +55,11 @@ pub(super) struct Lowerer<'a> {
     /// The number of the network, and the number of temporaries created in it.
     pub number: u32,
     pub count: u32,
-    /// The temporaries, in upper case.
+    /// The names of the network's temporaries, in upper case.
     pub temporaries: BTreeSet<String>,
-    /// The values of the network's pins.
+    /// The values of those output pins of the network that are still needed.
     pub values: Values,
-    /// The number of pending uses of each pin.
+    /// The number of pending uses of each output pin.
     pub uses: BTreeMap<Pin, usize>,
     /// The source location of each element.
     pub spans: Vec<Span>,
@@ -93,7 +93,7 @@ pub(crate) fn lower(network: &mut Network, owner: &Owner, tree: &mut Tree, repor
     code
 }
 
-/// The title and comment of a network, kept as comments.
+/// The title and comment of a network as comment statements.
 pub(crate) fn comments(network: &Network) -> Vec<Statement> {
     let title = format!("Network {}: {}", network.number, network.title);
     let title = title.trim_end_matches([' ', ':']).to_string();
@@ -207,7 +207,7 @@ impl Lowerer<'_> {
         Some(if is_negated { self.negated(value, element.span) } else { value })
     }
 
-    /// The value used for a pin that carries none, which is reported as an error.
+    /// The value used for a pin that carries none, which is reported as an error unless there are errors already.
     fn no_value(&mut self, pin: &str, element: &Element) -> Value {
         if !self.report.has_errors() {
             let message = format!("{} is wired to pin {pin}, which carries no value", element.name);
@@ -233,7 +233,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The operand of an element at a pin.
+    /// The operand of an element at a pin; a missing one is reported as an error.
     pub(super) fn operand(&mut self, element: &Element, pin: &str) -> Option<ExpressionId> {
         let value = self.input(element, pin);
         if value.is_none() {
@@ -270,7 +270,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Sets the value of a pin.
+    /// Sets the value of an output pin that another element needs.
     pub(super) fn carry(&mut self, pin: Pin, value: Value) {
         self.carried.push((pin.clone(), value.of));
         self.values.insert(pin, value);
@@ -287,7 +287,7 @@ impl Lowerer<'_> {
         if is_plain { value } else { self.kept(value, span) }
     }
 
-    /// Adds a jump.
+    /// Adds a jump to a label.
     pub(super) fn jump(&mut self, to: &Name, span: Span) {
         self.push(StatementKind::Goto(to.clone()), span);
     }
@@ -325,7 +325,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Rejects a gate or box with fewer connected inputs than are drawn.
+    /// Rejects a gate or box with fewer connected inputs than its setting CARD specifies.
     pub(super) fn check_cardinality(&mut self, element: &Element) {
         let Some(card) = element.setting("CARD") else { return };
         let wired = numbered(element).len();
@@ -352,10 +352,10 @@ pub(super) fn numbered(element: &Element) -> Vec<String> {
     pins.into_iter().map(|(_, pin)| pin).collect()
 }
 
-/// Sorts elements topologically, each after those it needs. The second list contains those on a cycle.
+/// Sorts elements topologically, each after those it needs. The second list contains an element of each cycle found.
 fn each_after_its_needs(roots: impl Iterator<Item = usize>, needed: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
     let (mut order, mut circles) = (Vec::new(), Vec::new());
-    // 1 while an element's needs are visited, 2 afterwards.
+    // 1 while the elements that an element needs are visited, 2 afterwards.
     let mut state = vec![0u8; needed.len()];
     for root in roots {
         let mut open = vec![(root, 0)];
@@ -393,7 +393,7 @@ fn is_junction(element: &Element, expressions: &Expressions) -> bool {
     is_gate && element.outputs.is_empty() && !is_at_place
 }
 
-/// The elements whose pins an element needs.
+/// The elements to whose output pins an element is wired, once per wire.
 fn needed(element: &Element) -> Vec<usize> {
     let sources = element.inputs.iter().flat_map(|input| &input.sources);
     let numbers = sources.filter_map(|source| match source {
@@ -403,7 +403,7 @@ fn needed(element: &Element) -> Vec<usize> {
     numbers.collect()
 }
 
-/// The number of uses of each pin.
+/// The number of inputs wired to each output pin.
 fn uses(network: &Network) -> BTreeMap<Pin, usize> {
     let mut uses = BTreeMap::new();
     let sources = network.elements.iter().flat_map(|element| &element.inputs).flat_map(|input| &input.sources);

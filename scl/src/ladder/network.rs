@@ -16,9 +16,10 @@ pub struct Network {
     pub span: Span,
     /// The labels at its beginning.
     pub labels: Vec<Name>,
-    /// Its elements, in execution order unless wires require a different one.
+    /// Its elements, in execution order unless wires require a different order.
     pub elements: Vec<Element>,
-    /// The values of its output pins, once it has been translated; `None` is TRUE, directly from the power rail.
+    /// The values of its output pins that other elements need, once it has been translated; `None` is TRUE, directly
+    /// from the power rail.
     pub carried: Vec<(Pin, Option<ExpressionId>)>,
 }
 
@@ -97,7 +98,7 @@ impl Element {
         }
     }
 
-    /// Writes an output pin to a variable.
+    /// Connects an output pin to a variable, which the element writes.
     pub fn write(&mut self, pin: &str, target: ExpressionId) {
         self.outputs.push((pin.to_uppercase(), target));
     }

@@ -23,7 +23,7 @@ const COUNTERS: &str = "COUNTERS";
 const TEXTS: &str = "TEXTS";
 /// Date and bit functions.
 const FUNCTIONS: &str = "FUNCTIONS";
-/// Functions called like the user's own, with all parameters named.
+/// Functions that are called like the user's own: with all parameters named.
 const FCS: &str = "FCS";
 /// Internal functions, used to implement others.
 const INNER: &str = "INNER";
@@ -37,7 +37,7 @@ struct LibraryBlock {
 }
 
 impl LibraryBlock {
-    /// The suffix of its name: `_LTIME` for TON_LTIME, empty for TON.
+    /// The suffix that distinguishes it within its family: `_LTIME` for TON_LTIME, empty for TON.
     fn variant(&self) -> &str {
         &self.name[self.family.len()..]
     }
@@ -68,7 +68,7 @@ static LIBRARY: LazyLock<(String, Vec<LibraryBlock>)> = LazyLock::new(|| {
     (text, blocks)
 });
 
-/// The text with each placeholder replaced by a word, or removed if there are not enough words.
+/// The text with each placeholder replaced by the word at the same position, or removed if there is none.
 fn variant(text: &str, placeholders: &str, words: &str) -> String {
     let words = words.split(' ').chain(std::iter::repeat(""));
     let pairs = placeholders.split_whitespace().zip(words);
@@ -109,7 +109,7 @@ pub(crate) fn is_inner(name: &str) -> bool {
     is_in(INNER, name)
 }
 
-/// Defines the constants used in a library block.
+/// Defines the constants that the source of this library block may use.
 pub(crate) fn constants(cpu: Cpu, name: &str, symbols: &mut HashMap<String, Symbol>) {
     let mut add = |name: &str, of: Elementary, value: i128| {
         let value = Operand::Value(of, crate::ir::Expr::Const(Value::new(of.scalar(), value as u64)));
@@ -164,19 +164,19 @@ pub(crate) fn is_system(name: &str) -> bool {
     named(&name).is_some() || natives().iter().any(|native| native.eq_ignore_ascii_case(&name))
 }
 
-/// Whether a name denotes a function called like the user's own.
+/// Whether a name denotes a library function that is called like the user's own.
 pub(crate) fn is_block(name: &str) -> bool {
     is_in(FCS, alias(name))
 }
 
-/// Whether a name denotes a kind of timer or counter that a variable of a generic type may be called as.
+/// Whether a name denotes a kind of timer or counter, such as TON: a variable of a generic type may be called as one.
 pub(crate) fn is_method(name: &str) -> bool {
     let kind = name.split_once('_').map_or(name, |(kind, _)| kind);
     named(name).is_some_and(|block| [TIMERS, COUNTERS].contains(&block.group) && block.family == kind)
 }
 
 impl Compiler<'_> {
-    /// A library block or a native block.
+    /// The library block or native block that a type name denotes.
     pub fn system_block(&mut self, name: &str) -> Option<usize> {
         if let Some(id) = named(name).and_then(|block| self.library.get(&block.name).copied()) {
             return self.interface(id, self.block(id).name.span);
@@ -184,7 +184,8 @@ impl Compiler<'_> {
         self.native(name)
     }
 
-    /// The record shared by library blocks with the same members, so that one variable may be called as any of them.
+    /// The record that a timer or counter shares with all others of its variant, so that one variable may be called as
+    /// any of them; `None` for other blocks and for the one that defines the record.
     pub fn shared_record(&mut self, id: BlockId) -> Option<usize> {
         if id.0 != self.library_file() {
             return None;
@@ -230,7 +231,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// The native block with this name.
+    /// The native block with this name or alias, added to the program if necessary.
     fn native(&mut self, name: &str) -> Option<usize> {
         if let Some(block) = self.natives.get(name) {
             return Some(*block);
@@ -283,7 +284,7 @@ impl Compiler<'_> {
         Some(self.blocks.len() - 1)
     }
 
-    /// An instance that no source declares, created because its type is clear from its use.
+    /// A global instance that no source declares: it is created because its use determines its type.
     pub fn implied(&mut self, name: &str, of: usize) -> Global {
         match self.globals.get(&key(name)) {
             Some(State::Known(global)) => global.clone(),
@@ -301,7 +302,7 @@ pub(crate) fn last_name(tree: &crate::front::syntax::Tree, path: ExpressionId) -
     }
 }
 
-/// The tables of the native blocks.
+/// The tables of the native blocks, which the `blocks` crate implements.
 fn tables() -> Vec<&'static StaticTable> {
     struct Tables(Vec<&'static StaticTable>);
     impl blocks::EachBlock for Tables {

@@ -39,7 +39,7 @@ struct Term {
 /// The role of a variable in a truth value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Influence {
-    /// None: the truth value does not depend on it.
+    /// Not a reason for the truth value.
     Idle,
     /// A reason, but not the only one: another operand yields the same truth value.
     Shared,
@@ -56,13 +56,13 @@ pub struct Decision {
     pub parts: Vec<Influence>,
     /// The value of each variable when it was evaluated; `None` if it is not Boolean.
     pub values: Vec<Option<bool>>,
-    /// The numbers under which the decisive terms and the shared reasons are recorded.
+    /// The numbers under which the values of the decisive terms and the shared reasons are recorded.
     pub wires: Vec<u32>,
 }
 
 impl Logic {
-    /// The logic of selecting one of several CASE arms, each recorded under the number of its first label. The whole
-    /// selector is the reason.
+    /// The logic of whether one of these CASE arms is selected; arms are recorded under the number of their first
+    /// label. All variables of the selector are reasons.
     pub(super) fn of_arms(arms: &[ExpressionId], reads: usize) -> Logic {
         let term = |id: &ExpressionId| Term {
             text: String::new(),
@@ -129,7 +129,8 @@ impl Formula {
         }
     }
 
-    /// Marks the terms responsible for the truth value: in a FALSE AND the FALSE ones, in a TRUE one all.
+    /// Marks the terms that are reasons for the truth value. If an AND is FALSE, they are in its FALSE operands, and if
+    /// it is TRUE, in all of them; for an OR, it is the reverse. All operands of an XOR are reasons.
     fn reasons(&self, values: &[Option<bool>], reasons: &mut [bool]) {
         let truth = self.truth(values);
         match self {

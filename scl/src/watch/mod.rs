@@ -89,16 +89,16 @@ pub struct Write {
     /// The formula of the value, if it is a truth value.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub logic: Option<Logic>,
-    /// The conditions under which it runs, outermost first.
+    /// The conditions under which the statement runs, outermost first.
     pub guards: Vec<Guard>,
 }
 
-/// A condition.
+/// A condition under which statements run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Guard {
-    /// The kind of statement it belongs to.
+    /// The kind of statement that the condition belongs to.
     #[cfg_attr(feature = "typescript", ts(type = "\"if\" | \"case\" | \"while\" | \"until\""))]
     pub of: Guarding,
     /// Its 1-based line number.
@@ -197,7 +197,8 @@ pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
     (CYCLE, "no source specifies one: enter the period of the OB that calls it".into())
 }
 
-/// Global declarations outside blocks with code: data blocks and tags, each with its source and 1-based line number.
+/// Global declarations outside blocks with code: data blocks and tags, each with its name, the index of its source and
+/// its 1-based line number.
 pub fn declared_for_all(sources: &[Source]) -> Vec<(String, usize, usize)> {
     let trees = front::trees(sources, &mut Report::default());
     let mut found = Vec::new();
@@ -253,7 +254,7 @@ fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expres
     let is_xml = Format::detect(&source.text) == Format::SimaticMl;
     let constants = of_kind(SectionKind::Constant).filter_map(|member| match member.start {
         Some(Start::Value(value)) if is_xml => Some(each(member, self::written(expressions, &HashMap::new(), value))),
-        // The text from the name to the end of its declaration.
+        // The text between the `:=` and the semicolon of the declaration.
         Some(Start::Value(_)) => {
             let name = member.names.first()?;
             let rest = written(Span { start: name.span.end, end: source.text.len() as u32, ..name.span });
@@ -285,7 +286,7 @@ struct Reader<'a> {
     guards: Vec<Guard>,
     /// The expressions assigned to the temporaries of networks, by name.
     temporaries: HashMap<String, ExpressionId>,
-    /// The number of temporaries currently being resolved.
+    /// The number of nested temporaries that are being resolved.
     depth: usize,
 }
 
@@ -315,7 +316,7 @@ impl Reader<'_> {
                     for (condition, body) in arms {
                         self.guard(Guarding::If, *condition);
                         self.statements(body);
-                        // The branches that follow run if the condition is FALSE.
+                        // The following branches run only if this condition is FALSE.
                         self.guards.last_mut().into_iter().for_each(|guard| guard.is_negated = true);
                     }
                     self.statements(rest);
@@ -360,7 +361,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The source text of a span or, for networks, the drawn expressions in SCL.
+    /// The source text of a span or, in a block with networks, the drawn expressions in SCL.
     fn text(&self, span: Span, drawn: &[ExpressionId]) -> String {
         if self.found.networks.is_empty() {
             return self.source.text.get(span.range()).unwrap_or_default().to_string();
@@ -369,14 +370,14 @@ impl Reader<'_> {
         drawn.iter().map(written).collect::<Vec<_>>().join(" := ")
     }
 
-    /// The variables in expressions; does not add them to the block's names.
+    /// Returns the variables in expressions without adding them to the block's names.
     fn reads(&mut self, of: impl IntoIterator<Item = ExpressionId>) -> Vec<Named> {
         let noted = std::mem::take(&mut self.found.names);
         of.into_iter().for_each(|id| self.expression(id));
         std::mem::replace(&mut self.found.names, noted)
     }
 
-    /// Adds a condition that applies to the statements that follow.
+    /// Adds a condition that guards the statements read next.
     fn guard(&mut self, of: Guarding, condition: ExpressionId) {
         self.expression(condition);
         let guard = self.condition(of, condition);
@@ -398,8 +399,9 @@ impl Reader<'_> {
         self.guards.pop();
     }
 
-    /// Reads `a := b += c`; the operator `+=` also reads its target. The line recorded is that of the assigned value,
-    /// because its execution is recorded: in a network or a long assignment, the target may be elsewhere.
+    /// Reads an assignment such as `a := b += c`; the operator `+=` also reads its target. The recorded line is the one
+    /// with the assigned value, because execution is recorded there: in a network or a long assignment, the target may
+    /// be in another line.
     fn assignment(&mut self, targets: impl Iterator<Item = (ExpressionId, bool)> + Clone, value: ExpressionId) {
         let of_targets = targets.clone().filter(|(_, is_read)| *is_read).map(|(target, _)| target);
         let reads = self.reads(of_targets.chain([value]));
@@ -442,7 +444,7 @@ impl Reader<'_> {
         self.found.writes.push(Write { path, is_global, line, text, reads, logic, guards: self.guards.clone() });
     }
 
-    /// Records the variables of an expression. The parser limits the depth of expressions.
+    /// Records the variables of an expression. The recursion ends because the parser limits the depth of expressions.
     fn expression(&mut self, id: ExpressionId) {
         let expressions = self.expressions;
         if let ExpressionKind::Name(Scope::Local, name) = &expressions[id].kind
@@ -538,8 +540,8 @@ fn path(expressions: &Expressions, id: ExpressionId) -> Option<(String, bool)> {
     }
 }
 
-/// An expression in SCL. A temporary of a network is replaced by its expression, unless that itself contains
-/// temporaries. The parser and the networks limit the depth of expressions.
+/// An expression in SCL. A temporary of a network is replaced by its expression, in which temporaries remain. The
+/// recursion ends because the parser and the networks limit the depth of expressions.
 fn written(expressions: &Expressions, temporaries: &HashMap<String, ExpressionId>, id: ExpressionId) -> String {
     let of = |id: ExpressionId| written(expressions, temporaries, id);
     let inner = |id: ExpressionId| match &expressions[id].kind {

@@ -73,7 +73,7 @@ pub struct Element {
 pub struct Operand {
     /// The text as written.
     pub text: String,
-    /// The path of a variable.
+    /// The path of the variable; `None` for anything else.
     pub path: Option<String>,
     /// Whether it is a global variable.
     pub is_global: bool,
@@ -124,7 +124,7 @@ pub struct Output {
     pub is_rail: bool,
 }
 
-/// Returns the network as drawn.
+/// A network as drawn, with the numbers under which its values are recorded.
 pub(super) fn drawn(of: &ladder::Network, expressions: &Expressions, source: &Text) -> Network {
     let line = |span: Span| source.place(span.range()).line;
     let is_fed = |element: &ladder::Element| {
@@ -255,7 +255,7 @@ fn shape(element: &ladder::Element, has_rail: bool) -> Shape {
 
 fn sign(element: &ladder::Element, has_rail: bool) -> String {
     let edge = |is_rising| if is_rising { "P" } else { "N" };
-    // SimaticML negates the operand.
+    // In SimaticML, a negated contact or coil may have a negated operand.
     let is_operand_negated = element.negated.iter().any(|pin| pin == "OPERAND");
     let sign = match law(element) {
         Some(Law::Contact(is_negated)) => ["", "/"][usize::from(is_negated != is_operand_negated)],
