@@ -45,7 +45,7 @@ impl<'r, 'a> Body<'r, 'a> {
     pub(crate) fn constant(reader: &mut Reader, file: usize, expr: &syn::Expr, ty: &Ty) -> Result<Value, Error> {
         let mut body = Body::new(reader, file, None);
         let (value, _) = body.number(expr, Some(ty))?;
-        folded(&value).ok_or_else(|| body.error(expr.span(), "this is not a constant that can be evaluated here"))
+        folded(&value).ok_or_else(|| body.error(expr.span(), "only a constant expression is supported here"))
     }
 
     pub(crate) fn error(&self, span: Span, message: impl Into<String>) -> Error {
@@ -222,7 +222,7 @@ impl<'r, 'a> Body<'r, 'a> {
                 return Err(self.error(field.span(), "this pattern is not supported"));
             };
             let found = self.reader.field(record, &name.to_string());
-            let (number, ty) = found.ok_or_else(|| self.error(name.span(), "no such field"))?;
+            let (number, ty) = found.ok_or_else(|| self.error(name.span(), "the struct has no such field"))?;
             let (var, names) = self.pattern(&field.pat, &ty)?;
             if let (Var::Place(to, _), Some(kept)) = (&var, ty.kept()) {
                 self.assign(to.clone(), Expr::Load(kept, place.clone().member(number)));
@@ -389,7 +389,7 @@ impl<'r, 'a> Body<'r, 'a> {
         for field in &it.fields {
             let syn::Member::Named(name) = &field.member else { continue };
             let found = self.reader.field(*record, &name.to_string());
-            let (number, ty) = found.ok_or_else(|| self.error(name.span(), "no such field"))?;
+            let (number, ty) = found.ok_or_else(|| self.error(name.span(), "the struct has no such field"))?;
             let (value, found) = self.number(&field.expr, Some(&ty))?;
             if found != ty {
                 return Err(self.error(field.expr.span(), format!("expected {ty}, found {found}")));

@@ -34,7 +34,8 @@ impl Body<'_, '_> {
                 let Some(Var::Place(place, Ty::Struct(record))) = self.place(&it.base)? else { return Ok(None) };
                 let syn::Member::Named(name) = &it.member else { return Ok(None) };
                 let found = self.reader.field(record, &name.to_string());
-                let (number, ty) = found.ok_or_else(|| self.error(name.span(), format!("no field {name}")))?;
+                let (number, ty) =
+                    found.ok_or_else(|| self.error(name.span(), format!("the struct has no field {name}")))?;
                 Some(Var::Place(place.member(number), ty))
             }
             _ => None,
@@ -62,7 +63,7 @@ impl Body<'_, '_> {
                     Ty::Integer => Scalar::I64,
                     Ty::Float => Scalar::F64,
                     Ty::Scalar(scalar) => *scalar,
-                    _ => return Err(self.error(expr.span(), format!("{ty} has no such operation"))),
+                    _ => return Err(self.error(expr.span(), format!("this operation is not defined for {ty}"))),
                 };
                 let negated = Expr::Unary(op, kept, Box::new(value));
                 Ok(Val::Number(folded(&negated).map_or(negated, Expr::Const), ty))
@@ -147,12 +148,15 @@ impl Body<'_, '_> {
         let owner =
             owner_of(&it.path).map(|name| if name == "Self" { self.owner.clone().unwrap_or_default() } else { name });
         if let Some(ty) = owner.as_deref().and_then(|name| self.scalar_named(name)) {
-            let value = limit_of(ty, &last).ok_or_else(|| self.error(it.span(), format!("{ty} has no {last} here")))?;
+            let value = limit_of(ty, &last)
+                .ok_or_else(|| self.error(it.span(), format!("the constant {last} of {ty} is not supported")))?;
             return Ok(Val::Number(Expr::Const(value), Ty::Scalar(ty)));
         }
         let items = self.reader.items;
         let Some(constant) = items.constant(owner.as_deref(), &last, self.file) else {
-            return Err(self.error(it.span(), format!("{last} is unknown here")));
+            return Err(
+                self.error(it.span(), format!("the constant {last} is unknown here, or its name is not unique"))
+            );
         };
         let ty = self.reader.ty(constant.file, &constant.ty, owner.as_deref())?;
         let value = Body::constant(self.reader, constant.file, &constant.value, &ty)?;
@@ -247,7 +251,7 @@ impl Body<'_, '_> {
                 }
                 all.ok_or_else(|| self.error(it.span(), "there is nothing to compare"))
             }
-            _ => Err(self.error(it.span(), "these two cannot be compared here")),
+            _ => Err(self.error(it.span(), "these two values cannot be compared here")),
         }
     }
 

@@ -64,7 +64,7 @@ impl Law {
     pub fn scl(&self, dialect: Dialect) -> Result<String, String> {
         let functions = &self.program.functions;
         let method = |name: &str| functions.iter().position(|it| it.name == format!("{}.{name}", self.name));
-        let body = method("call").ok_or_else(|| format!("{} has no law to call", self.name))?;
+        let body = method("call").ok_or_else(|| format!("{} has no method `call`", self.name))?;
         scl::print(&self.program, &[body], dialect)
     }
 }

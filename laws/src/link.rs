@@ -15,7 +15,7 @@ pub fn with_laws(program: &Program) -> Result<Program, String> {
         let law = read(&sources, name).map_err(|error| error.to_string())?;
         let is_call = |name: &str| name.strip_prefix(law.name.as_str()) == Some(".call");
         let call = law.program.functions.iter().position(|function| is_call(&function.name));
-        let call = call.ok_or_else(|| format!("{name} has no law to call"))?;
+        let call = call.ok_or_else(|| format!("{name} has no method `call`"))?;
         linked.add_law(number, &law.program, call)?;
     }
     Ok(linked)

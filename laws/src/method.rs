@@ -17,7 +17,7 @@ impl Body<'_, '_> {
         let unknown = |this: &Self, ty: &Ty| {
             this.error(
                 it.method.span(),
-                format!("{name} of {ty} is not supported; write it with operators, or as a function"),
+                format!("the method {name} of {ty} is not supported; use operators or a function instead"),
             )
         };
         if let ("is_none" | "is_some", syn::Expr::MethodCall(checked)) = (&*name, &*it.receiver)
@@ -108,7 +108,7 @@ impl Body<'_, '_> {
         let (value, ty) = self.number(&it.receiver, None)?;
         let (Ty::Scalar(kept), Some(other)) = (&ty, it.args.first()) else { return Ok(None) };
         if !kept.is_integer() || kept.size() == 8 {
-            return Err(self.error(it.method.span(), format!("{} of {ty} is not supported", it.method)));
+            return Err(self.error(it.method.span(), format!("method {} of {ty} is not supported", it.method)));
         }
         let (other, _) = self.number(other, Some(&ty))?;
         let wide = |value| Box::new(self.converted(value, *kept, Scalar::I64));
@@ -181,7 +181,7 @@ impl Body<'_, '_> {
                     "wrapping_add" => Binary::Add,
                     "wrapping_sub" => Binary::Sub,
                     "wrapping_mul" => Binary::Mul,
-                    _ => return Err(self.error(it.method.span(), format!("{name} of {ty} is not supported"))),
+                    _ => return Err(self.error(it.method.span(), format!("method {name} of {ty} is not supported"))),
                 };
                 let (other, found) = self.number(arguments[0], Some(&want))?;
                 if found != want {
@@ -189,7 +189,7 @@ impl Body<'_, '_> {
                 }
                 same(Expr::Binary(op, ty, Box::new(value), Box::new(other), at))
             }
-            _ => Err(self.error(it.method.span(), format!("{name} of {ty} is not supported"))),
+            _ => Err(self.error(it.method.span(), format!("method {name} of {ty} is not supported"))),
         }
     }
 
@@ -202,7 +202,8 @@ impl Body<'_, '_> {
         it: &ExprMethodCall,
     ) -> Result<Val, Error> {
         let item = self.reader.items.function(self.reader.sources, None, name, self.file);
-        let item = item.ok_or_else(|| self.error(it.method.span(), format!("the library has no {name}")))?;
+        let item =
+            item.ok_or_else(|| self.error(it.method.span(), format!("laws/src/library.rs has no function {name}")))?;
         let function = self.reader.function(item)?;
         let ty = self.reader.signatures[&function].parameters[0].clone();
         self.call_with(function, None, vec![(value, ty)], arguments, it.span())
@@ -325,7 +326,9 @@ impl Body<'_, '_> {
             values.push(self.number(argument, want)?);
         }
         if values.len() != signature.parameters.len() {
-            return Err(self.error(span, format!("expected {} arguments here", signature.parameters.len())));
+            return Err(
+                self.error(span, format!("the number of arguments must be {} here", signature.parameters.len()))
+            );
         }
         for ((_, found), ty) in values.iter().zip(&signature.parameters) {
             if found != ty {

@@ -52,7 +52,7 @@ pub(crate) fn law(sources: &Sources, name: &str, is_whole: bool) -> Result<Law, 
             file: name.to_string(),
             line: 1,
             column: 1,
-            message: "no source declares this block".to_string(),
+            message: "no source declares this block; check its name, or add its source file".to_string(),
         });
     };
     let mut reader = Reader {
@@ -434,7 +434,11 @@ impl Reader<'_> {
                 (FnArg::Typed(typed), _) => {
                     let ty = body.reader.ty(it.file, &typed.ty, owner)?;
                     let Pat::Ident(name) = &*typed.pat else {
-                        return Err(body.reader.error(it.file, typed.span(), "a parameter must be a name here"));
+                        return Err(body.reader.error(
+                            it.file,
+                            typed.span(),
+                            "a parameter must be a plain name here, not a pattern",
+                        ));
                     };
                     if matches!(ty, Ty::Struct(_)) {
                         return Err(body.reader.error(it.file, typed.span(), "a parameter must be a number here"));

@@ -50,7 +50,7 @@ impl Printer<'_> {
             Expr::Texts(op, a, b) => {
                 let (first, second) = (self.type_of(a)?, self.type_of(b)?);
                 let (Type::Text { capacity: p, wide }, Type::Text { capacity: q, .. }) = (first, second) else {
-                    return Err("only strings are compared as strings".to_string());
+                    return Err("only strings can be compared as strings".to_string());
                 };
                 let (a, b) = self.addresses(a, b)?;
                 let symbol = symbol(*op).map_or("==", |(symbol, _)| symbol);
@@ -285,7 +285,7 @@ impl Printer<'_> {
                     text = format!("{text}[{}]", self.element(&mut later, bounds, line(*at))?);
                     ty = *of;
                 }
-                _ => return Err("a place does not exist".to_string()),
+                _ => return Err("a variable does not exist".to_string()),
             }
             pointer = false;
         }

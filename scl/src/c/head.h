@@ -32,7 +32,7 @@ typedef char integers_have_these_bits[sizeof(i16_t) == 2 && sizeof(i32_t) == 4 &
 #endif
 /* 16, on processors with instructions for _Float16, differs from 0 only for _Float16. */
 #if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0 && __FLT_EVAL_METHOD__ != 16
-#error "compile for SSE or another unit that rounds each operation: x87 changes the results of this program"
+#error "compile for SSE2 (-msse2 -mfpmath=sse) or a similar unit: x87 changes the results of this program"
 #endif
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

@@ -641,9 +641,9 @@ impl<'a> Printer<'a> {
         let _ = write!(
             self.text,
             "
-/* Calls {name}. An instance in a program has no gaps between its members: that is how a saved state has it. */
+/* Calls {name}. Like a saved state, an instance in a program has no padding between its members. */
 {head} {{
-    /* Where the members lie in a {record}_t, where they lie here, and the bytes. */
+    /* For consecutive members: their offset in a {record}_t, their offset in *self, and their size in bytes. */
     static const u16_t parts[{count}][3] = {{{parts}}};
     {record}_t block;
     size_t i;
@@ -689,7 +689,7 @@ impl<'a> Printer<'a> {
         let function = self.scope.function.ok_or("no function")?;
         self.program
             .type_of(function, place)
-            .ok_or_else(|| format!("{} has a place that does not exist", function.name))
+            .ok_or_else(|| format!("{} uses a variable that does not exist", function.name))
     }
 }
 

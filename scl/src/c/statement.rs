@@ -193,7 +193,7 @@ impl Printer<'_> {
                 self.scope.is_run = false;
             }
             What::Continue => {
-                let (label, used) = self.scope.loops.last_mut().ok_or("not in a loop")?;
+                let (label, used) = self.scope.loops.last_mut().ok_or("EXIT or CONTINUE is outside a loop")?;
                 *used = true;
                 let label = format!("goto next_{label};");
                 self.line(&label);

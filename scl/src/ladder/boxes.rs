@@ -19,7 +19,7 @@ impl Lowerer<'_> {
         let pins: BTreeSet<String> = self.result_pins(element, number);
         if let Some(pin) = pins.iter().find(|pin| !pin.starts_with("OUT") && *pin != "RET_VAL") {
             let message = format!("{} has no pin {}", element.name, pin.to_lowercase());
-            self.report.error(span, message, Some("redraw it"));
+            self.report.error(span, message, Some("disconnect that pin"));
             return;
         }
         let targets: Vec<(&str, ExpressionId)> = match formula {
@@ -88,7 +88,7 @@ impl Lowerer<'_> {
         let selected = |pin: &str| pin.strip_prefix("OUT").and_then(|number| number.parse::<i64>().ok());
         for pin in self.result_pins(element, number) {
             let (message, help) = if pin != "ELSE" && selected(&pin).is_none() {
-                (format!("{} has no pin {}", element.name, pin.to_lowercase()), "redraw it")
+                (format!("{} has no pin {}", element.name, pin.to_lowercase()), "disconnect that pin")
             } else if self.is_awaited(&(number, pin.clone())) {
                 let message = format!("{}: {} is wired to another element", element.name, pin.to_lowercase());
                 (message, "write it to a variable, which keeps its value while K selects another output")
@@ -237,7 +237,11 @@ impl Lowerer<'_> {
             }
             Formula::Equation => {
                 let Some(equation) = element.equation else {
-                    self.report.error(span, format!("{} has no expression", element.name), Some("enter it in the box"));
+                    self.report.error(
+                        span,
+                        format!("{} has no expression", element.name),
+                        Some("enter one in the box"),
+                    );
                     return None;
                 };
                 for pin in numbered(element) {

@@ -14,7 +14,7 @@ impl Lowerer<'_> {
         let span = element.span;
         let Some(called) = element.called else {
             let message = format!("{} has no instance", element.name);
-            self.report.error(span, message, Some("specify its instance: a variable of its type, or a data block"));
+            self.report.error(span, message, Some("specify a variable of its type or a data block"));
             return;
         };
         let callee = kind.map_or(called, |kind| self.as_kind(element, called, kind));
@@ -144,7 +144,7 @@ impl Lowerer<'_> {
         let element = &elements[number];
         let Some(called) = element.called else {
             let message = format!("the call to {} has no instance", element.name);
-            self.report.error(element.span, message, Some("specify its instance"));
+            self.report.error(element.span, message, Some("specify one"));
             return;
         };
         if element.call.as_ref().is_some_and(|call| call.is_function) {

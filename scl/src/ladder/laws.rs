@@ -58,8 +58,8 @@ impl Lowerer<'_> {
                 match joined {
                     Some(value) => self.set(elements, number, "OUT", value),
                     None => {
-                        let message = format!("{} has no inputs", element.name);
-                        self.report.error(span, message, Some("wire them, or delete it"));
+                        let message = format!("{} has no connected inputs", element.name);
+                        self.report.error(span, message, Some("wire its inputs, or delete it"));
                     }
                 }
             }
@@ -77,7 +77,11 @@ impl Lowerer<'_> {
                 let flow = self.flow(element, &["IN", "EN"]);
                 let flow = if is_if_true { flow } else { self.negated(flow, span) };
                 let Some(label) = &element.label else {
-                    self.report.error(span, format!("{} has no label", element.name), Some("enter the label"));
+                    self.report.error(
+                        span,
+                        format!("{} has no label", element.name),
+                        Some("enter the label to jump to"),
+                    );
                     return;
                 };
                 let body = self.aside(|lowerer| lowerer.jump(label, span));
@@ -191,7 +195,7 @@ impl Lowerer<'_> {
             target = inner;
             if !matches!(law, Law::Coil(_)) {
                 let message = format!("{} has a negated operand", element.name);
-                self.report.error(span, message, Some("negate the power flow before it"));
+                self.report.error(span, message, Some("negate the power flow that leads to it instead"));
             }
         }
         let is_passed = ["OUT", "ENO"].iter().any(|pin| self.is_awaited(&(number, pin.to_string())));
@@ -328,7 +332,7 @@ impl Lowerer<'_> {
                 "{}: the number of bits in a word must be a constant from 1 to {MOST_BITS_OF_A_WORD}",
                 element.name
             );
-            self.report.error(span, message, Some("enter a number"));
+            self.report.error(span, message, Some("enter such a constant"));
             return None;
         };
         let at = self.tree.expressions[word].span;

@@ -75,10 +75,11 @@ impl Lint<'_> {
                 match first.get(&name) {
                     None => drop(first.insert(name, network)),
                     Some(before) => {
-                        let message =
-                            format!("a coil in network {} writes the same variable: this one wins", before.number);
-                        let help =
-                            "write it once, with all conditions in front of one coil, or use set and reset coils";
+                        let message = format!(
+                            "a coil in network {} writes the same variable: this one overwrites it",
+                            before.number
+                        );
+                        let help = "write the variable with one coil, after all conditions, or use set and reset coils";
                         report.warning(element.span, message, Some(help));
                     }
                 }

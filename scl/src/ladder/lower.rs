@@ -157,7 +157,7 @@ impl Lowerer<'_> {
         let (any, circles) = each_after_its_needs(0..elements.len(), &needed);
         for number in circles {
             let message = "the wires form a cycle: this element depends on its own result";
-            let help = "put a variable in between, written by a coil and read by a contact";
+            let help = "break the cycle with a variable that a coil writes and a contact reads";
             self.report.error(elements[number].span, message, Some(help));
         }
         // The elements that an element needs execute in the order of the network, not of its pins; a junction is placed
@@ -321,7 +321,7 @@ impl Lowerer<'_> {
         let output = outputs.find(|pin| !is_passed && !self.given.contains(*pin));
         if let Some(pin) = input.or(output) {
             let message = format!("{} has no pin {}", element.name, pin.to_lowercase());
-            self.report.error(element.span, message, Some("redraw it"));
+            self.report.error(element.span, message, Some("disconnect that pin"));
         }
     }
 
@@ -333,7 +333,7 @@ impl Lowerer<'_> {
             Ok(card) if card <= wired => {}
             Ok(card) => {
                 let message = format!("{} has {card} inputs, but only {wired} are wired", element.name);
-                self.report.error(element.span, message, Some("wire all of them, or remove the open ones"));
+                self.report.error(element.span, message, Some("wire all of them, or remove the unconnected ones"));
             }
             Err(_) => {
                 let message = format!("{}: {} is not a valid number of inputs", element.name, quoted(card));

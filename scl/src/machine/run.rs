@@ -272,7 +272,7 @@ fn load(ty: Scalar, bytes: &[u8]) -> u64 {
 
 #[inline(always)]
 fn four(bytes: &[u8]) -> u32 {
-    let &[a, b, c, d] = bytes.first_chunk().expect("a number lies within the memory");
+    let &[a, b, c, d] = bytes.first_chunk().expect("a number lies within memory");
     u32::from_le_bytes([a, b, c, d])
 }
 

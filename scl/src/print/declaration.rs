@@ -85,7 +85,7 @@ impl<'a> Printer<'a> {
         Ok(match ty {
             Type::Scalar(ty) => self.dialect.check(declared(*ty, kind))?.name().to_string(),
             Type::Text { wide: true, .. } if self.dialect == Dialect::Step7 => {
-                return Err("STEP 7 has no type WSTRING; print it for TIA Portal".to_string());
+                return Err("STEP 7 has no type WSTRING; print the program for TIA Portal".to_string());
             }
             Type::Text { capacity, wide } => format!("{}[{capacity}]", text_name(*wide)),
             Type::Array { of, bounds } => {
@@ -93,7 +93,7 @@ impl<'a> Printer<'a> {
                 format!("ARRAY[{}] OF {}", bounds.join(", "), self.type_name(of, kind)?)
             }
             Type::Open { .. } if self.dialect == Dialect::Step7 => {
-                return Err("STEP 7 has no ARRAY[*]; print it for TIA Portal".to_string());
+                return Err("STEP 7 has no ARRAY[*]; print the program for TIA Portal".to_string());
             }
             Type::Open { of, dimensions } => {
                 format!("ARRAY[{}] OF {}", vec!["*"; *dimensions].join(", "), self.type_name(of, kind)?)

@@ -78,7 +78,7 @@ impl Printer<'_> {
         }
         let name = format!("{}_TO_{}", from.name(), to.name());
         if self.dialect == Dialect::Step7 && !STEP7.split_whitespace().any(|known| known == name) {
-            return Err(format!("STEP 7 has no {name}; print it for TIA Portal"));
+            return Err(format!("STEP 7 has no {name}; print the program for TIA Portal"));
         }
         Ok(Printed::atom(format!("{name}({})", printed.text)))
     }
@@ -200,7 +200,7 @@ impl Printer<'_> {
             Unary::Abs if !is_signed => printed,
             Unary::Swap if ty.size() == 1 => printed,
             Unary::Frac if self.dialect == Dialect::Step7 => {
-                return Err("STEP 7 has no FRAC; print it for TIA Portal".to_string());
+                return Err("STEP 7 has no FRAC; print the program for TIA Portal".to_string());
             }
             // FRAC without a suffix returns a REAL.
             Unary::Frac if ty == Scalar::F64 => Printed::atom(format!("FRAC_LREAL({})", printed.text)),
@@ -270,10 +270,15 @@ impl Printer<'_> {
         let of = if op == Binary::Shr && ty.is_signed() { number(ty) } else { bits(ty) };
         if self.dialect == Dialect::Step7 {
             if of.class() == Class::Integer {
-                return Err(format!("STEP 7 has no sign-preserving SHR for {}; print it for TIA Portal", of.name()));
+                return Err(format!(
+                    "STEP 7 has no sign-preserving SHR for {}; print the program for TIA Portal",
+                    of.name()
+                ));
             }
             if !matches!(b, Expr::Const(_)) {
-                return Err(format!("STEP 7 has no {name} by an amount wider than INT; print it for TIA Portal"));
+                return Err(format!(
+                    "in STEP 7, the shift amount of {name} must be an INT; print the program for TIA Portal"
+                ));
             }
         }
         let first = self.expr(a, of, false)?.text;
@@ -314,7 +319,7 @@ impl Printer<'_> {
                     Dialect::Tia => format!("{name}_{}({})", of.name(), printed.text),
                     Dialect::Step7 if how == Convert::Trunc && to == Scalar::I32 => format!("TRUNC({})", printed.text),
                     Dialect::Step7 => {
-                        return Err(format!("STEP 7 has no {name} to {}; print it for TIA Portal", of.name()));
+                        return Err(format!("STEP 7 has no {name} to {}; print the program for TIA Portal", of.name()));
                     }
                 };
                 return self.converted(Printed::atom(text), of, want);

@@ -49,7 +49,11 @@ impl Dialect {
                         | Elementary::LTime
                         | Elementary::WChar
                 );
-        if is_there { Ok(of) } else { Err(format!("STEP 7 has no type {}; print it for TIA Portal", of.name())) }
+        if is_there {
+            Ok(of)
+        } else {
+            Err(format!("STEP 7 has no type {}; print the program for TIA Portal", of.name()))
+        }
     }
 }
 
@@ -337,7 +341,7 @@ impl<'a> Printer<'a> {
         match self.dialect {
             _ if is_plain(name) && !is_keyword(name) => Ok(name.to_string()),
             Dialect::Tia => Ok(format!("\"{name}\"")),
-            Dialect::Step7 => Err(format!("STEP 7 has no variable named {name:?}; print it for TIA Portal")),
+            Dialect::Step7 => Err(format!("STEP 7 does not allow the name {name:?}; print the program for TIA Portal")),
         }
     }
 

@@ -31,7 +31,7 @@ impl Printer<'_> {
                     return Ok((text, Some(self.dialect.check(of)?)));
                 }
                 (Step::Length, _) => return Err(format!("SCL has no variable for the length of {text}")),
-                _ => return Err(format!("{text} has no such part")),
+                _ => return Err(format!("SCL cannot express the part of {text} that is used here")),
             }
         }
         match ty {
@@ -68,7 +68,7 @@ impl Printer<'_> {
                 let mut path: Vec<usize> = place.steps.iter().map_while(number).collect();
                 while !self.scope.interface.members.contains_key(&path) {
                     if path.pop().is_none() {
-                        return Err("a used part of the instance is not a parameter".to_string());
+                        return Err("the function does not receive a part of the instance that it uses".to_string());
                     }
                 }
                 let (ty, kind) = self.part(record, &path);

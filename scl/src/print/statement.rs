@@ -232,7 +232,9 @@ impl Printer<'_> {
         let mut is_written = false;
         facts::each_place(&it.body, &mut |place, writes| is_written |= writes && *place == it.variable);
         if is_written || it.variable.steps.iter().any(|step| matches!(step, Step::Index(..))) {
-            return Err("SCL has no FOR whose variable is written in its body or is an array element".to_string());
+            return Err(
+                "in SCL, the variable of a FOR loop cannot be written in the loop or be an array element".to_string()
+            );
         }
         let (variable, of) = self.place(&it.variable)?;
         let of = of.unwrap_or(number(it.first.ty()));
@@ -260,7 +262,7 @@ impl Printer<'_> {
         let callee = &self.program.functions[call.function];
         if callee.instance.is_some_and(|record| self.facts.general.contains(&record)) {
             if self.dialect == Dialect::Step7 {
-                return Err(format!("{instance} has a type that STEP 7 lacks; print it for TIA Portal"));
+                return Err(format!("STEP 7 does not have the type of {instance}; print the program for TIA Portal"));
             }
             instance = format!("{instance}.{}", callee.name);
         }
@@ -273,7 +275,10 @@ impl Printer<'_> {
         let callee = &self.program.functions[call.function];
         for (local, argument) in call.arguments.iter().enumerate() {
             let Argument::Reference(place) = argument else {
-                return Err(format!("{} of {} is not a variable", callee.locals[local].name, callee.name));
+                return Err(format!(
+                    "the argument {} of {} must be a variable",
+                    callee.locals[local].name, callee.name
+                ));
             };
             let place = self.place(place)?.0;
             parts.push(format!("{} := {place}", self.interfaces[&call.function].locals[local]));
@@ -349,7 +354,10 @@ impl Printer<'_> {
         for local in outs.into_iter().filter(|local| *local >= callee.parameters && Some(*local) != value) {
             let name = self.interfaces[&call.function].locals[local].clone();
             let Type::Scalar(ty) = callee.locals[local].ty else {
-                return Err(format!("{name} of {} is a structure, which cannot be copied out", callee.name));
+                return Err(format!(
+                    "the output {name} of {} is a structure, which SCL cannot copy to the caller",
+                    callee.name
+                ));
             };
             let to = call.outputs.iter().find(|(out, _)| *out == local).map(|(_, to)| to.clone());
             let to = match to {

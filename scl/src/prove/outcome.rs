@@ -97,11 +97,13 @@ impl Outcome {
         let short = |at: usize| u16::from_be_bytes([bytes[at], bytes[at + 1]]);
         let long = |at: usize| u32::from_be_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
         if long(0) != MAGIC {
-            return Err("it is not a proof result: its first bytes are not PLCF; read the data block ..._RESULT".into());
+            return Err(
+                "it is not a proof result: it does not begin with PLCF; read the data block named in the source".into(),
+            );
         }
         if short(4) != FORMAT {
             return Err(format!(
-                "its layout is {}, but this plcfmu reads {FORMAT}; use the version that wrote the source",
+                "its layout version is {}, but this plcfmu reads {FORMAT}; use the version that wrote the source",
                 short(4)
             ));
         }
@@ -109,8 +111,9 @@ impl Outcome {
             RUNNING => State::Running,
             COMPLETE => State::Complete,
             DIFFERS => {
-                let output =
-                    usize::from(short(24)).checked_sub(1).ok_or("it does not identify the differing output")?;
+                let output = usize::from(short(24))
+                    .checked_sub(1)
+                    .ok_or("it reports a difference, but the number of the output is invalid")?;
                 State::Differs { output, expected: long(28), found: long(32) }
             }
             other => return Err(format!("its state {other} is invalid")),

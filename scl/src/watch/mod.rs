@@ -194,7 +194,7 @@ pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
             }
         }
     }
-    (CYCLE, "no source specifies one: enter the period of the OB that calls it".into())
+    (CYCLE, "no source specifies one: enter the period of the OB that calls the program".into())
 }
 
 /// Global declarations outside blocks with code: data blocks and tags, each with its name, the index of its source and

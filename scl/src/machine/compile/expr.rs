@@ -96,7 +96,7 @@ impl Compiler<'_> {
             Expr::Texts(binary, a, b) => {
                 let (first, second, capacities, wide) = self.texts(scope, a, b)?;
                 if !binary.compares() {
-                    return Err("strings can only be compared".to_string());
+                    return Err("the only operations on strings are comparisons".to_string());
                 }
                 op(self, scope, &|to| Op::CompareText { op: *binary, to, a: first, b: second, capacities, wide })
             }
@@ -107,7 +107,7 @@ impl Compiler<'_> {
                 self.parts(&first, 0, &mut parts)?;
                 self.parts(&second, 0, &mut others)?;
                 if parts != others {
-                    return Err("structures of different types are compared".to_string());
+                    return Err("structures of different types cannot be compared".to_string());
                 }
                 self.code.parts.push(parts);
                 let parts = (self.code.parts.len() - 1) as u32;
@@ -169,7 +169,7 @@ impl Compiler<'_> {
             (Type::Text { capacity: first, wide }, Type::Text { capacity: second, wide: same }) if wide == same => {
                 Ok((a, b, (first, second), wide))
             }
-            _ => Err("only strings of the same kind can be compared".to_string()),
+            _ => Err("a STRING and a WSTRING cannot be compared".to_string()),
         }
     }
 

@@ -135,7 +135,10 @@ impl<'a> Compiler<'a> {
             return Err(format!("{} calls itself", function.name));
         }
         if depth > DEEPEST {
-            return Err(format!("{} is nested in more than {DEEPEST} calls", function.name));
+            return Err(format!(
+                "the calls that lead to {} are nested more than {DEEPEST} deep; reduce the nesting",
+                function.name
+            ));
         }
         self.begun[number] = true;
         let Body::Code(body) = &function.body else {
@@ -292,7 +295,7 @@ impl<'a> Compiler<'a> {
             | Op::ForTest { to, .. } = op
             {
                 let target = scope.labels.get(*to as usize).copied().flatten();
-                *to = target.ok_or_else(|| format!("{}: a label is missing", scope.function.name))?;
+                *to = target.ok_or_else(|| format!("{}: the label of a jump is missing", scope.function.name))?;
             }
         }
         Ok(())
@@ -329,7 +332,11 @@ impl<'a> Compiler<'a> {
             }
             Type::Open { .. } => return Err("an open array cannot be compared".to_string()),
         }
-        if parts.len() > MOST { Err(format!("a comparison covers more than {MOST} members")) } else { Ok(()) }
+        if parts.len() > MOST {
+            Err(format!("a comparison covers more than {MOST} members; compare smaller parts"))
+        } else {
+            Ok(())
+        }
     }
 
     /// The index of a block's law, and the size of its instance.
@@ -338,7 +345,7 @@ impl<'a> Compiler<'a> {
         let number = match known {
             Some(number) => number,
             None => {
-                let (law, size) = law(name).ok_or_else(|| format!("no block {name}"))?;
+                let (law, size) = law(name).ok_or_else(|| format!("the block {name} does not exist"))?;
                 self.natives.push((name, law, size));
                 self.natives.len() - 1
             }

@@ -72,7 +72,7 @@ impl Compiler<'_> {
             _ => return Err("only an array has elements".to_string()),
         };
         if indices.len() != bounds.len() {
-            return Err(format!("the array needs {} indices", bounds.len()));
+            return Err(format!("the array must have as many indices as dimensions ({})", bounds.len()));
         }
         let mut stride = self.program.size(&of);
         // The last index varies fastest, so strides are computed from the last; indices are evaluated from the first.
@@ -107,10 +107,10 @@ impl Compiler<'_> {
         indices: &[Expr],
         at: At,
     ) -> Result<(Location, Type), String> {
-        let Base::Local(local) = place.base else { return Err("open arrays are parameters".to_string()) };
+        let Base::Local(local) = place.base else { return Err("an open array must be a parameter".to_string()) };
         let Home::Reference(home) = scope.homes[local] else { return Err("open arrays are by reference".to_string()) };
         if indices.len() != dimensions {
-            return Err(format!("the array needs {dimensions} indices"));
+            return Err(format!("the array must have as many indices as dimensions ({dimensions})"));
         }
         let number = scope.take()?;
         self.emit(scope, Op::Const { to: number, bits: 0 });
@@ -180,9 +180,8 @@ impl Compiler<'_> {
                 self.emit(scope, Op::CopyText { to, from, to_capacity, from_capacity, wide });
             }
             (Type::Text { .. } | Type::Open { .. }, _) | (_, Type::Text { .. } | Type::Open { .. }) => {
-                return Err(
-                    "a string can only be copied to a string of the same kind, an open array not at all".to_string()
-                );
+                return Err("a string can only be copied to a string of the same type; open arrays cannot be copied"
+                    .to_string());
             }
             _ => {
                 let (size, found) = (self.program.size(to_type), self.program.size(from_type));
@@ -199,7 +198,8 @@ impl Compiler<'_> {
 impl Scope<'_> {
     /// Allocates a register.
     pub(super) fn take(&mut self) -> Result<Register, String> {
-        let register = Register::try_from(self.next).map_err(|_| "an expression is too large".to_string())?;
+        let register =
+            Register::try_from(self.next).map_err(|_| "an expression is too large; divide it".to_string())?;
         self.next += 1;
         self.most = self.most.max(self.next);
         Ok(register)

@@ -96,7 +96,7 @@ impl Compiler<'_> {
             }
             What::For(it) => self.count(scope, it),
             What::Break | What::Continue => {
-                let (end, next) = *scope.loops.last().ok_or("not in a loop")?;
+                let (end, next) = *scope.loops.last().ok_or("EXIT or CONTINUE is outside a loop")?;
                 let to = if *what == What::Break { end } else { next };
                 self.emit(scope, Op::Jump { to: to as Target });
                 scope.run = None;
@@ -200,7 +200,7 @@ impl Compiler<'_> {
                 (address, Type::Record(found)) if found == record => Some(address),
                 _ => return Err(format!("an instance of {} has the wrong type", callee.name)),
             },
-            _ => return Err(format!("{} is called with an unexpected instance or without one", callee.name)),
+            _ => return Err(format!("{} is called without its instance or with a wrong one", callee.name)),
         };
         if let (Body::Native(name), Some(instance)) = (&callee.body, address) {
             let (law, size) = self.native(name)?;
@@ -212,7 +212,7 @@ impl Compiler<'_> {
             return Ok(());
         }
         if call.arguments.len() != callee.parameters {
-            return Err(format!("{} needs {} arguments", callee.name, callee.parameters));
+            return Err(format!("the number of arguments of {} must be {}", callee.name, callee.parameters));
         }
         // If an argument, or an index in a variable or output, calls a function, all arguments are evaluated before the
         // first parameter is written: that function may be the same one, or use the same registers.
@@ -233,13 +233,14 @@ impl Compiler<'_> {
                     passed.push((address, Some((place, ty))));
                 }
                 (Argument::Start, Home::Register(_) | Home::Memory(_), _) => passed.push((0, None)),
-                _ => return Err(format!("{} of {} is passed incorrectly", local.name, callee.name)),
+                _ => return Err(format!("parameter {} of {} cannot be passed like this", local.name, callee.name)),
             }
         }
         let mut outputs = Vec::new();
         for (local, to) in &call.outputs {
             writable(to)?;
-            let local = callee.locals.get(*local).zip(homes.get(*local)).ok_or("an output does not exist")?;
+            let local =
+                callee.locals.get(*local).zip(homes.get(*local)).ok_or("a call uses an output that does not exist")?;
             outputs.push((local, self.place(scope, to)?));
         }
 
@@ -279,7 +280,7 @@ impl Compiler<'_> {
                     let from = self.address_of(scope, (0, *from))?;
                     self.copy(scope, (to, ty), (from, &local.ty))?;
                 }
-                _ => return Err(format!("{} of {} is passed incorrectly", local.name, callee.name)),
+                _ => return Err(format!("parameter {} of {} cannot be passed like this", local.name, callee.name)),
             }
         }
         Ok(())
@@ -312,10 +313,10 @@ impl Compiler<'_> {
                 }
             }
             (Type::Open { .. }, _) | (_, Type::Open { .. }) => {
-                return Err("an array has the wrong elements or dimensions".to_string());
+                return Err("an array does not match its open array in element type or dimensions".to_string());
             }
             _ if self.program.size(expected) == self.program.size(found) => {}
-            _ => return Err("a variable of the wrong size is passed by reference".to_string()),
+            _ => return Err("a variable passed by reference has the wrong size".to_string()),
         }
         self.emit(scope, Op::Move { to, from });
         Ok(())
@@ -362,5 +363,5 @@ impl Scope<'_> {
 
 /// Rejects writes to a constant.
 fn writable(place: &Place) -> Result<(), String> {
-    if place.base == Base::Constants { Err("a constant is written".to_string()) } else { Ok(()) }
+    if place.base == Base::Constants { Err("a constant cannot be written".to_string()) } else { Ok(()) }
 }
