@@ -60,7 +60,7 @@ impl Law {
     /// Prints the law as the source of a function block with the block's name and interface.
     ///
     /// # Errors
-    /// The dialect cannot express part of it; the message states which.
+    /// The dialect cannot express a part of the law; the message states which part.
     pub fn scl(&self, dialect: Dialect) -> Result<String, String> {
         let functions = &self.program.functions;
         let method = |name: &str| functions.iter().position(|it| it.name == format!("{}.{name}", self.name));

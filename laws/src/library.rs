@@ -1,22 +1,22 @@
 // Rust's number functions that need more than one operation of the typed program. This file is read like a law; a test
 // compares it with Rust.
 
-/// The greater number, or the other one if one is NaN.
+/// The greater of two numbers; if one is NaN, the other one.
 pub(crate) fn max_real(a: Real, b: Real) -> Real {
     if a.is_nan() || b > a { b } else { a }
 }
 
-/// The lesser number, or the other one if one is NaN.
+/// The lesser of two numbers; if one is NaN, the other one.
 pub(crate) fn min_real(a: Real, b: Real) -> Real {
     if a.is_nan() || b < a { b } else { a }
 }
 
-/// The greater number, or the other one if one is NaN.
+/// The greater of two numbers; if one is NaN, the other one.
 pub(crate) fn max_lreal(a: LReal, b: LReal) -> LReal {
     if a.is_nan() || b > a { b } else { a }
 }
 
-/// The lesser number, or the other one if one is NaN.
+/// The lesser of two numbers; if one is NaN, the other one.
 pub(crate) fn min_lreal(a: LReal, b: LReal) -> LReal {
     if a.is_nan() || b < a { b } else { a }
 }
@@ -45,7 +45,7 @@ pub(crate) fn add_saturating(a: i32, b: i32) -> i32 {
     }
 }
 
-/// 1, 0 or -1.
+/// The sign of `x`: 1, 0 or -1.
 pub(crate) fn sign(x: i32) -> i32 {
     if x > 0 {
         1

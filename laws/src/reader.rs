@@ -43,7 +43,7 @@ pub(crate) struct Signature {
     pub is_pure: bool,
 }
 
-/// Reads a law.
+/// Reads the law of a block; `is_whole` adds the functions that only a host needs ([`crate::read_whole`]).
 pub(crate) fn law(sources: &Sources, name: &str, is_whole: bool) -> Result<Law, Error> {
     let items = Items::read(sources)?;
     let find = || items.blocks.iter().find(|(_, table)| table.name.eq_ignore_ascii_case(name));

@@ -21,7 +21,7 @@ pub(crate) enum Ty {
     },
     /// A block or its memory, as a record index.
     Struct(usize),
-    /// A tuple of values; none of them is `()`.
+    /// A tuple; without elements, it is `()`.
     Tuple(Vec<Ty>),
     Option(Box<Ty>),
     /// The type of an expression that never returns, such as `return`.

@@ -425,8 +425,9 @@ impl Printer<'_> {
     fn call(&mut self, call: &Call) -> Result<(), String> {
         let callee = &self.program.functions[call.function];
         let facts = self.facts[call.function].clone();
-        // An output that goes to a local used by no other output is assigned directly; any other place is resolved
-        // before the call.
+        // The value that a C function returns is assigned directly unless its place has a checked index. Any other
+        // output is assigned directly if it goes to a local to which no other output goes. The remaining places are
+        // resolved before the call.
         let is_direct = |printer: &Self, output: usize, to: &Place| -> Result<bool, String> {
             let ty = &callee.locals[output].ty;
             if printer.type_of(to)? != *ty {

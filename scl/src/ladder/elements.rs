@@ -56,7 +56,7 @@ pub(crate) enum Law {
     Return(Returned),
     /// A box that runs if EN is TRUE.
     Box(Formula, Failure),
-    /// IF f THEN output number K := IN, otherwise ELSE := IN.
+    /// IF f THEN output number K := IN, or ELSE := IN if there is no such output.
     Demultiplex,
     /// A box that runs if EN is TRUE: a function with outputs, called as a statement.
     Statement(&'static str),

@@ -21,7 +21,7 @@ pub(super) struct Value {
 }
 
 impl Value {
-    /// TRUE.
+    /// The value TRUE, directly from the power rail.
     pub(super) const TRUE: Value = Value { of: None, reads: BTreeSet::new() };
 }
 

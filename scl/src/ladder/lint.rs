@@ -63,7 +63,7 @@ impl Lint<'_> {
 
     fn written_twice(&self, all: &[(&Network, &Element)], report: &mut Report) {
         let mut first: BTreeMap<String, &Network> = BTreeMap::new();
-        // A jump or a return may select among the coils.
+        // A jump or a return may cause only one of the coils to run.
         if all.iter().any(|(_, element)| matches!(law(element), Some(Law::Jump(_) | Law::Return(_)))) {
             return;
         }

@@ -21,7 +21,7 @@ const TIMERS: &str = "TIMERS";
 const COUNTERS: &str = "COUNTERS";
 /// String functions, each for STRING and for WSTRING.
 const TEXTS: &str = "TEXTS";
-/// Date and bit functions.
+/// Clock, date and bit functions.
 const FUNCTIONS: &str = "FUNCTIONS";
 /// Functions that are called like the user's own: with all parameters named.
 const FCS: &str = "FCS";
@@ -99,7 +99,7 @@ pub(crate) fn is_text(name: &str) -> bool {
     LIBRARY.1.iter().any(|block| block.group == TEXTS && block.family == name)
 }
 
-/// Whether this is the name of a date or bit function.
+/// Whether this is the name of a clock, date or bit function.
 pub(crate) fn is_function(name: &str) -> bool {
     is_in(FUNCTIONS, name)
 }
@@ -196,7 +196,8 @@ impl Compiler<'_> {
         self.interface(id, self.block(id).name.span).map(|block| self.blocks[block].record)
     }
 
-    /// The block that a variable is called or read as, if its type allows several.
+    /// The block as which an instance of `of` is called or read, for a kind such as TON; `None` unless the instance may
+    /// be of that kind.
     pub fn as_method(&mut self, of: usize, method: &str) -> Option<usize> {
         let id = self.blocks[of].source.filter(|(file, _)| *file == self.library_file())?;
         let variant =
@@ -205,14 +206,14 @@ impl Compiler<'_> {
         (self.blocks[called].record == self.blocks[of].record).then_some(called)
     }
 
-    /// Whether a block is a timer, whose outputs are updated when they are read.
+    /// Whether a block is a library timer, whose outputs are updated when they are read.
     pub fn is_timer(&self, of: usize) -> bool {
         let source = self.blocks[of].source.filter(|(file, _)| *file == self.library_file());
         source.is_some_and(|id| is_timer(&self.block(id).name.key()))
     }
 
-    /// Collects the kind of timer or counter that each variable of a generic type is called as, by the last name of its
-    /// path.
+    /// Collects, by the last name of its path, the kind of timer or counter as which each variable of a generic type is
+    /// called.
     pub fn collect_kinds(&mut self) {
         for tree in &self.trees[..self.library_file()] {
             for number in 0..tree.expressions.len() {

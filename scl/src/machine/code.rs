@@ -311,7 +311,7 @@ pub struct Code {
     pub(crate) instances: Vec<Option<Register>>,
     /// The functions in instruction order, each with its first instruction.
     pub(crate) owners: Vec<(Target, usize)>,
-    /// The maximum call depth.
+    /// The maximum depth of nested calls in the program.
     pub(crate) depth: usize,
     /// The source file and line of each statement.
     pub(crate) statements: Vec<At>,

@@ -162,18 +162,18 @@ impl Machine {
         &mut self.memory[..self.code.state]
     }
 
-    /// Reads a number from memory.
+    /// Reads the number at this offset in the program's memory.
     ///
     /// # Panics
-    /// The number lies outside memory.
+    /// The number extends beyond the program's memory.
     pub fn get(&self, ty: Scalar, offset: usize) -> Value {
         Value::read(ty, &self.state()[offset..])
     }
 
-    /// Writes a number to memory.
+    /// Writes a number at this offset in the program's memory.
     ///
     /// # Panics
-    /// The number lies outside memory.
+    /// The number extends beyond the program's memory.
     pub fn set(&mut self, value: Value, offset: usize) {
         value.write(&mut self.state_mut()[offset..]);
     }

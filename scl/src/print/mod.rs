@@ -63,7 +63,7 @@ const STEP7_NAME: usize = 24;
 /// The maximum width of a printed line, in bytes, unless the line cannot be broken.
 const WIDTH: usize = 110;
 
-/// The reserved words.
+/// The reserved words of SCL, in lower case.
 const KEYWORDS: &str = "and any array at begin block_db block_fb block_fc block_sdb bool by byte case char const constant continue \
     counter data_block date date_and_time db dint div do dt dtl dword else elsif en end_case end_const end_data_block end_for \
     end_function end_function_block end_if end_label end_organization_block end_region end_repeat end_struct end_type end_var \

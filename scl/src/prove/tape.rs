@@ -10,11 +10,10 @@ pub const MOST_CALLS: usize = 1_000_000;
 /// numeric outputs reveal differences anyway.
 const THRESHOLD: u64 = 4;
 
-/// A change recorded on the tape.
+/// An entry of the tape: a changed input, or an output whose expected value changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The number of the input, or of the output whose expected value changes: inputs are numbered from 1, and outputs
-    /// after them. 0 for a call without changes.
+    /// The number of the input or output: inputs are numbered from 1, outputs after them. 0 for a call without changes.
     pub what: u8,
     /// Whether this is the last entry before its call.
     pub is_last: bool,
@@ -61,7 +60,7 @@ struct Stretch {
     is_plain: bool,
     /// Whether values at the ends of their ranges, or far from typical ones, may occur.
     is_wild: bool,
-    /// Whether signals change only slightly.
+    /// Whether signals usually change only slightly.
     drifts: bool,
 }
 

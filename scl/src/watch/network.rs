@@ -219,7 +219,7 @@ fn outputs(
         if outputs.iter().any(|output| output.pin == *pin) {
             continue;
         }
-        // The value of a pin may be set again when it is written to a variable.
+        // Only the first value counts: the value of a pin may be set again when it is written to a variable.
         let carries = carried.clone().find(|((_, own), _)| own == pin).map(|(_, carries)| *carries);
         let targets = element.outputs.iter().filter(|(own, _)| own == pin);
         outputs.push(Output {
