@@ -57,7 +57,7 @@ impl Reader<'_> {
         let signature = signature.map_err(|error| self.error(it.file, error.span(), error.to_string()))?;
         let docs = Vec::new();
         let function = self.build(&Function { file: it.file, owner: it.owner.clone(), docs, signature, body })?;
-        let docs = "Rejects unusable settings: returns the number of the message, or 0, and the numbers in it.";
+        let docs = "Rejects unusable settings: returns the number of the message (0 for none) and the numbers in it.";
         self.program.docs.functions.insert(function, docs.to_string());
         Ok(Some(Refusals { function, messages: rewrite.messages }))
     }

@@ -383,7 +383,7 @@ impl Reader<'_> {
             body: typed::Body::Code(body),
         });
         let function = self.program.functions.len() - 1;
-        let docs = "Sets outputs and memory to 0 and FALSE; the blocks inside keep theirs.";
+        let docs = "Sets outputs, locals and memory to 0 or FALSE; inner blocks are not cleared.";
         self.program.docs.functions.insert(function, docs.to_string());
         let signature = Signature { parameters: Vec::new(), result: Ty::unit(), results: Vec::new(), is_pure: false };
         self.signatures.insert(function, signature);

@@ -29,7 +29,7 @@ const fn field(name: &'static str, ty: &'static str, docs: &'static str) -> Fiel
 /// The members of the result, each at an even offset.
 pub(super) const FIELDS: [Field; 11] = [
     field("magic", "DWORD", "PLCF"),
-    field("layout", "INT", "layout of this data block"),
+    field("layout", "INT", "version of the layout of this data block"),
     field("state", "INT", "0: running, 1: all calls done without a difference, 2: stopped at a difference"),
     field("seed", "DWORD", "seed of the tape"),
     field("tape", "DWORD", "fingerprint of the tape"),
@@ -37,8 +37,8 @@ pub(super) const FIELDS: [Field; 11] = [
     field("done", "DINT", "calls made"),
     field("output", "INT", "number of the differing output, counted from 1"),
     field("spare", "INT", "not used"),
-    field("expected", "DWORD", "its bits on the tape"),
-    field("found", "DWORD", "its bits in this PLC"),
+    field("expected", "DWORD", "expected bits of this output"),
+    field("found", "DWORD", "actual bits of this output"),
 ];
 
 /// The start values of the result's members.

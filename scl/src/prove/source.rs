@@ -135,8 +135,10 @@ impl Source<'_> {
         self.line("//");
         let call = call(self.tape, self.names, self.dialect);
         self.line(&format!("// Load all blocks of this source and call the function block once per cycle: {call}"));
-        self.line(&format!("// It makes one call per cycle and stops after {calls} calls or at the first difference."));
-        self.line(&format!("// Then {} contains the result; read it with plcfmu prove --read.", self.name(2)));
+        self.line(&format!(
+            "// It calls the tested block once per cycle and stops after {calls} calls or at the first difference."
+        ));
+        self.line(&format!("// Afterwards, {} contains the result; read it with plcfmu prove --read.", self.name(2)));
         self.line("// To run it again, reload its data blocks with their start values.");
         self.line(&format!("// The tape has {} changes: {bytes} bytes in {parts} data blocks.", entries.len()));
     }
@@ -190,7 +192,7 @@ impl Source<'_> {
             _ => self.names.block.clone(),
         };
         self.line(&format!("    tested{attribute} : {block};  // the PLC's own block"));
-        self.line("    given : STRUCT  // its inputs");
+        self.line("    given : STRUCT  // inputs of the tested block");
         for row in tape.inputs.iter().map(|row| &rows[*row]).filter(|row| !row.is_inner()) {
             let start = crate::ir::Value::of_plc(row.start);
             let of = crate::check::types::Elementary::named(row.kind.name());
@@ -199,8 +201,10 @@ impl Source<'_> {
             self.line(&format!("        {} : {} := {start};", row.name, row.kind.name()));
         }
         self.line("    END_STRUCT;");
-        self.line(&format!("    expected : ARRAY[1..{outputs}] OF DWORD;  // the bits of its outputs, from the tape"));
-        self.line(&format!("    found : ARRAY[1..{outputs}] OF DWORD;  // the bits of its outputs"));
+        self.line(&format!(
+            "    expected : ARRAY[1..{outputs}] OF DWORD;  // expected bits of its outputs, from the tape"
+        ));
+        self.line(&format!("    found : ARRAY[1..{outputs}] OF DWORD;  // actual bits of its outputs"));
         self.line("    place : DINT;  // number of tape changes applied");
         self.line("END_VAR\nVAR_TEMP");
         for variable in ["part : INT", "index : INT", "value : DWORD", "what : INT", "output : INT", "is_last : BOOL"] {
@@ -224,7 +228,7 @@ impl Source<'_> {
         self.line(&format!("    IF {result}.state <> {} THEN", outcome::RUNNING));
         self.line("        RETURN;\n    END_IF;");
         self.line(&format!("    {value} := DW#16#0;\n    {what} := 0;"));
-        self.line("    // The changes up to this call.");
+        self.line("    // Apply the changes on the tape up to this call.");
         self.line("    REPEAT");
         let size = part(self.dialect);
         self.line(&format!("        {part_name} := DINT_TO_INT({place} / {size});"));
@@ -240,7 +244,7 @@ impl Source<'_> {
         self.line(&format!("        {place} := {place} + 1;"));
         self.line(&format!("        {is_last} := {what} >= 128;"));
         self.line(&format!("        IF {is_last} THEN\n            {what} := {what} - 128;\n        END_IF;"));
-        self.line("        // An input of this call, or the expected value of an output after it.");
+        self.line("        // Set an input of this call, or the expected value of an output after it.");
         self.line(&format!("        CASE {what} OF"));
         for (number, row) in tape.inputs.iter().enumerate() {
             let row = &rows[*row];
