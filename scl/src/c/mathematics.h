@@ -238,7 +238,7 @@ static turn_t quadrant(double x) {
     if (x <= 0.7853981633974483) {
         return turn_of(0, twofold_of(x, 0.0));
     }
-    /* Digits before the first one contribute only whole turns. */
+    /* Digits of 2/pi before the first one used contribute only whole turns. */
     if (exponent >= 2) {
         first = (exponent - 2) / 32;
     }
@@ -317,8 +317,8 @@ static twofold_t cosine(twofold_t x) {
 }
 
 # angle_of
-/* The angle, from 0 to pi/2, of a triangle with these non-negative legs: y / x is rotated back by the nearest n / 8 whose arc
-   tangent is known. */
+/* The angle, from 0 to pi/2, whose tangent is y / x, both non-negative: the known arc tangent of the nearest n / 8, plus that of
+   the remaining rotation. */
 static twofold_t angle_of(twofold_t y, twofold_t x) {
     /* arctan(n / 8) */
     static const twofold_t arc_tangent[9] = {
@@ -360,7 +360,7 @@ static twofold_t other_leg(double x) {
 }
 
 # with_sign
-/* The number with the sign of another. */
+/* The number, negated if the other one is negative. */
 static double with_sign(double number, double other) {
     if (other < 0.0) {
         return -number;

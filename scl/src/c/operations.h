@@ -15,7 +15,7 @@
 typedef struct {
     i64_t now;
     i64_t budget;
-    i32_t stopped; /* the line, or 0 */
+    i32_t stopped; /* the line where it was stopped, or 0 */
     i32_t cause;
     i64_t index;
     i64_t low;

@@ -63,7 +63,8 @@ impl Printer<'_> {
         }
     }
 
-    /// Declares the pending locals that this statement uses first, unless only one branch of it uses them.
+    /// Declares the pending locals that this statement uses, except those used only in one branch of it and nowhere
+    /// after it.
     fn declare(&mut self, statement: &Statement, rest: &[Statement]) {
         if !self.scope.locals.iter().any(|local| local.is_pending) {
             return;
@@ -85,7 +86,7 @@ impl Printer<'_> {
                 }
                 _ => 2,
             };
-            // A local used in only one branch is declared there.
+            // A local used only in one branch is declared there.
             if !is_used_behind && in_parts == 1 {
                 continue;
             }
@@ -426,8 +427,8 @@ impl Printer<'_> {
         let callee = &self.program.functions[call.function];
         let facts = self.facts[call.function].clone();
         // The value that a C function returns is assigned directly unless its place has a checked index. Any other
-        // output is assigned directly if it goes to a local to which no other output goes. The remaining places are
-        // resolved before the call.
+        // number is assigned directly if it goes to a local to which no other output goes. The remaining places, and
+        // those of a different type, are resolved before the call.
         let is_direct = |printer: &Self, output: usize, to: &Place| -> Result<bool, String> {
             let ty = &callee.locals[output].ty;
             if printer.type_of(to)? != *ty {
