@@ -173,7 +173,7 @@ static void plcfmu_say_stop(const plcfmu_block_t *block, const call_t *call, plc
     } else if (call->cause == OUT_OF_BUDGET) {
         plcfmu_say(text, ": the call was stopped after ");
         plcfmu_say_whole(text, PLCFMU_BUDGET);
-        plcfmu_say(text, " statements; if this loop does end, increase the budget (--budget)");
+        plcfmu_say(text, " statements; if this loop does end, increase the budget");
     } else {
         plcfmu_say(text, ": the loop has step 0 and would never end");
     }

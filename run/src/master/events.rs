@@ -108,7 +108,7 @@ impl<C: Component> Run<C> {
         }
         let error = anyhow!(
             "event iteration does not end: outputs still change after {MOST_UPDATES} updates; step the loop \
-             without Event Mode (--no-events or event_mode = false)"
+             without Event Mode (event_mode = false)"
         );
         Err(at_time(error, &plan.members[self.at], time))
     }
@@ -151,7 +151,7 @@ impl<C: Component> Running<C> {
         }
         Err(anyhow!(
             "event iteration does not end: the FMU requests more than {MOST_UPDATES} updates; step the loop without \
-             Event Mode (--no-events or event_mode = false)"
+             Event Mode (event_mode = false)"
         ))
     }
 }

@@ -90,7 +90,7 @@ impl fmt::Display for Stop {
             Cause::Index { index, low, high } => write!(formatter, "index {index} is outside {low}..{high}"),
             Cause::Budget(budget) => write!(
                 formatter,
-                "the call was stopped after {budget} statements; if this loop does end, increase the budget (--budget)"
+                "the call was stopped after {budget} statements; if this loop does end, increase the budget"
             ),
             Cause::Step => formatter.write_str("the loop has step 0 and would never end"),
             Cause::Instance => formatter.write_str("the saved state of a block inside the program is damaged"),
