@@ -1,7 +1,8 @@
 //! The Bode plot of an open loop: the controller as its block computes it, call by call, with a plant model.
 //!
 //! The response and its margins are computed by [`margins`]. The settings are those that the block actually uses: it
-//! raises TI and TM_LAG to at least half the time between two calls of the controller, and TD to at least that time.
+//! raises TI and TM_LAG to at least half the time between two calls of the controller, and TD to at least the whole of
+//! it.
 
 use crate::identify::Model;
 use crate::margins::{self, Law, Plant};
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 /// The approximate maximum number of points per curve.
 const POINTS: usize = 400;
-/// The ratio of the lowest frequency at which a margin is read to the frequency at which the plot begins.
+/// The plot begins at the lowest frequency at which a margin is read, divided by this number.
 const BELOW: f64 = 30.0;
 
 /// The open loops to draw.
@@ -82,7 +83,7 @@ pub fn bode(home: &dyn Fmus, request: &BodeRequest) -> Result<Bode> {
     let lowest = crossovers.flatten().fold(f64::INFINITY, f64::min) / BELOW;
     let of_first = &plotted[0].0;
     let from = of_first.iter().position(|point| point.frequency >= lowest).unwrap_or_default();
-    // Counted from the end, so that the last point is the highest frequency that the calls can represent.
+    // Points are taken from the end backwards, so that the highest frequency that the calls can represent is included.
     let stride = (of_first.len() - from).div_ceil(POINTS).max(1);
     let taken = |points: &[margins::Point]| -> Vec<margins::Point> {
         let mut taken: Vec<_> = points[from..].iter().rev().step_by(stride).copied().collect();

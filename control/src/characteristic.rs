@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// The maximum number of calls for one characteristic; with longer periods, it has fewer points.
 const MOST_CALLS: usize = 4_000_000;
 
-/// The minimum number of points.
+/// The minimum number of points of a characteristic.
 const FEWEST_POINTS: usize = 11;
 
 /// The block whose characteristics are requested.
@@ -39,15 +39,15 @@ pub struct Characteristics {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Sweep {
-    /// Its title.
+    /// The title of the chart.
     pub title: String,
-    /// The variable of the horizontal axis.
+    /// The input that is varied, on the horizontal axis.
     pub variable: String,
     /// Its unit.
     pub unit: Option<String>,
-    /// Its values.
+    /// Its values, one per point.
     pub inputs: Vec<f64>,
-    /// Each variable with its means; true counts 1.
+    /// Each variable with its mean at each input value; TRUE counts as 1.
     pub outputs: Vec<(String, Vec<f64>)>,
 }
 
@@ -69,7 +69,7 @@ pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristi
     Ok(Characteristics { sweeps })
 }
 
-/// Returns the member's value of a setting, with TRUE as 1.
+/// Returns the member's value of a setting, or its start value if it is not set; TRUE is 1.
 fn value(member: &Member, table: &Table, row: usize, description: &modeldescription::Description) -> f64 {
     let row = &table.rows[row];
     let start = || description.start(&row.name).unwrap_or(row.start());

@@ -7,13 +7,13 @@
 //! ```
 //!
 //! `Tf` is the time constant of the lag that filters the derivative action, in seconds. [`Controller`] holds these four
-//! numbers; [`Form`] defines what others call them. In the PLC, P, I and D act on the error times GAIN:
+//! numbers; each [`Form`] expresses them by its own parameters. In the PLC, P, I and D act on the error times GAIN:
 //!
 //! ```text
 //! C(s) = GAIN (1 + 1 / (TI s) + TD s / (1 + TM_LAG s))                                              (2)
 //! ```
 //!
-//! Both are the same function if the factors of each term agree:
+//! Both are the same function if the coefficients of each term are equal:
 //!
 //! ```text
 //! GAIN = Kp,  GAIN / TI = Ki,  GAIN TD = Kd,  TM_LAG = Tf   so that   TI = Kp / Ki,  TD = Kd / Kp
@@ -170,7 +170,7 @@ impl Given<'_> {
         }
     }
 
-    /// Returns a time used as a divisor; `None` if the action is off.
+    /// Returns the reset time, which must be above 0 s; `None` if it is not given, so that the I action is off.
     fn reset_time(&self, name: &str) -> Result<Option<f64>, String> {
         match self.find(name) {
             Some(time) if time <= 0.0 => {
@@ -180,7 +180,7 @@ impl Given<'_> {
         }
     }
 
-    /// Returns a time that may be 0, which is also the default.
+    /// Returns a time of 0 s or longer; 0 s if it is not given.
     fn time(&self, name: &str) -> Result<f64, String> {
         match self.find(name) {
             Some(time) if time < 0.0 => Err(format!("{name} = {time} is negative: a time must be 0 s or longer")),
@@ -188,7 +188,7 @@ impl Given<'_> {
         }
     }
 
-    /// Returns N or another divisor.
+    /// Returns N, which must be above 0; `None` if it is not given.
     fn divisor(&self, name: &str) -> Result<Option<f64>, String> {
         match self.find(name) {
             Some(divisor) if divisor <= 0.0 => Err(format!("{name} = {divisor}: it must be above 0")),
@@ -302,7 +302,7 @@ impl Controller {
     /// Returns GAIN, TI and TD; a time is `None` if the action is off.
     fn times(&self) -> (f64, Option<f64>, Option<f64>) {
         let gain = match self.proportional {
-            // Without a P action, one of the three numbers can be chosen freely.
+            // Without a P action, GAIN can be chosen freely; only its sign is given.
             0.0 if self.integral < 0.0 || self.derivative < 0.0 => -1.0,
             0.0 if self.integral > 0.0 || self.derivative > 0.0 => 1.0,
             gain => gain,
@@ -333,7 +333,7 @@ impl Controller {
                 "the D action has no filter, but Simulink's always has one: specify a filter time above 0 s".into()
             );
         }
-        // The numbers of an action that is off are meaningless.
+        // Leave out the numbers of an action that is off.
         let some = |name: &'static str, value: Option<f64>| value.map(|value| (name, value));
         let filter = |n: Option<f64>| is_filtered.then_some(n).flatten();
         let relative = filter(derivative_time.filter(|_| proportional != 0.0).map(|time| time / lag));

@@ -1,23 +1,24 @@
 //! Identification of a plant model from the response to a step in the manipulated value.
 //!
-//! The last recorded step is used: the manipulated value is constant before it and after it, as in manual mode. Before
-//! it, the process value is steady or drifts at a constant rate. A recorded manipulated value takes effect at its
-//! timestamp, and a process value was sampled at its timestamp, as in the recording of a run. If a plant's logger
-//! samples the two at different times but records them together, the difference adds to the dead time.
+//! The last recorded step is used. The manipulated value must be constant before and after it, as in manual mode, and
+//! the process value must be steady or drift at a constant rate before it. A recorded manipulated value is assumed to
+//! take effect at its timestamp, and a process value to have been sampled at its timestamp, as in the recording of a
+//! run. If a plant's logger samples the two at different times but records them together, the difference adds to the
+//! dead time.
 //!
-//! - [`Method::Tangent`]: the steepest slope, over several calls if there is noise. The tangent there meets the old
-//!   level at the dead time, and the new level one time constant later.
-//! - [`Method::TwoPoints`]: the times at which 28.3 % and 63.2 % of the response are reached; T is 1.5 times the
-//!   difference.
-//! - [`Method::Area`]: the area between the response and its final level is K (T + L); the area below the response
-//!   until T + L gives T.
+//! - [`Method::Tangent`]: the tangent at the steepest point, whose slope is measured over more samples if there is
+//!   noise. It meets the old level at the dead time, and the new level one time constant later.
+//! - [`Method::TwoPoints`]: the times at which 28.3 % and 63.2 % of the response are reached; T is 1.5 times their
+//!   difference, and L is the second time minus T.
+//! - [`Method::Area`]: for a unit step, the area between the response and its final level is K (T + L); T is e / K
+//!   times the area below the response up to the time T + L.
 //! - [`Method::LeastSquares`]: a search over the dead time; for each candidate, gain and time constant follow from a
 //!   linear equation for the response and its integral, and the best model is refined by least squares over all three
-//!   parameters. A second lag is fitted too, and kept if it explains more than the noise and the resolution of the
-//!   process value can.
+//!   parameters. A second lag is fitted too, and kept if it reduces the residual by more than the noise and the
+//!   resolution of the process value can explain.
 //!
-//! The first three need a response that settles within the record. An integrating plant is identified by tangent or
-//! least squares. A model whose fit is below [`LOWEST_FIT`] is rejected.
+//! Unless the plant is integrating, the first three need a response that settles within the record. Only the tangent
+//! and least squares can identify an integrating plant. A model whose fit is below [`LOWEST_FIT`] is rejected.
 
 mod gauss_newton;
 mod least_squares;
@@ -38,7 +39,7 @@ use step::Step;
 pub const LOWEST_FIT: f64 = 60.0;
 /// The fit in percent below which a model gets a remark.
 const GOOD_FIT: f64 = 85.0;
-/// The maximum number of points drawn.
+/// The maximum number of points in each curve of the result.
 const MOST_POINTS: usize = 2000;
 /// The maximum movement of a settled process value in the last fifth of the record, relative to the response.
 const SETTLED: f64 = 0.02;
@@ -105,7 +106,7 @@ pub enum Method {
     Tangent,
     /// The times at which 28 % and 63 % of the response are reached.
     TwoPoints,
-    /// The area above the response.
+    /// The areas above and below the response.
     Area,
     /// Least squares over gain, one or two lags, and dead time.
     LeastSquares,
@@ -114,9 +115,9 @@ pub enum Method {
 /// A plant: a lag with dead time, or an integrator with dead time.
 ///
 /// The gain is measured from the controller's output to the process value that the controller compares with the
-/// setpoint. A model identified from a loop's signals has this gain: it includes the factors and offsets that the block
-/// applies to the process value (PV_FAC). It does not include those applied to the manipulated value inside the block
-/// (LMN_FAC); [`tune`](crate::tune) takes them into account.
+/// setpoint. A model identified from a loop's signals has this gain: it includes the factor that the block applies to
+/// the process value (PV_FAC), but not the one that the block applies to the manipulated value (LMN_FAC);
+/// [`tune`](crate::tune) takes the latter into account.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
@@ -145,9 +146,9 @@ pub struct Identified {
     pub fit: f64,
     /// The times of a chart of the measured and the modelled response, in seconds.
     pub times: Vec<f64>,
-    /// The measured process value.
+    /// The measured process value at these times.
     pub measured: Vec<f64>,
-    /// The model's process value.
+    /// The model's process value at these times.
     pub modelled: Vec<f64>,
     /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
@@ -156,11 +157,11 @@ pub struct Identified {
 /// A recorded step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Recorded<'a> {
-    /// The times in seconds.
+    /// The times of the samples in seconds, strictly increasing.
     pub times: &'a [f64],
-    /// The manipulated value.
+    /// The manipulated value at each time.
     pub input: &'a [f64],
-    /// The process value.
+    /// The process value at each time.
     pub output: &'a [f64],
 }
 
@@ -239,7 +240,8 @@ impl Answer {
 /// Identifies the model from a recorded step in a CSV file.
 ///
 /// # Errors
-/// The file is malformed; the message states line and column. Otherwise, as in [`identify`].
+/// The file is malformed (the message states line and column), a column is missing, or the plant cannot be identified,
+/// as in [`identify`].
 pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     let Data::Csv { text, time, input, output, from, to } = &request.data else {
         bail!("the data are not a CSV file");
@@ -268,7 +270,7 @@ pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     };
     let missing: Vec<String> = [input, output].into_iter().filter_map(missing).collect();
     rows.retain(|row| input.values[*row].is_finite() && output.values[*row].is_finite());
-    // Of several rows with the same time, the last one counts.
+    // Of several rows with the same time, only the last one is used.
     let latest: Vec<bool> = (0..rows.len())
         .map(|place| rows.get(place + 1).is_none_or(|next| times.seconds[*next] > times.seconds[rows[place]]))
         .collect();
@@ -312,7 +314,7 @@ fn error(step: &Step, modelled: &[f64]) -> f64 {
     (missed / all).sqrt()
 }
 
-/// Rejects a model that explains too little of the record; otherwise returns it with its curve.
+/// Rejects a model whose fit is below [`LOWEST_FIT`]; otherwise returns it with its curve and remarks.
 fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
     let Model { gain, time_constant, dead_time, is_integrating, .. } = model;
     if !(gain.is_finite() && gain != 0.0 && time_constant.is_finite() && dead_time.is_finite()) {
@@ -360,7 +362,8 @@ fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
     })
 }
 
-/// Finds the minimum of a unimodal function between two numbers by dividing the interval this many times.
+/// Returns the position of the minimum of a unimodal function between `low` and `high`, after this many golden-section
+/// divisions of the interval.
 pub fn golden_section(low: f64, high: f64, divisions: usize, mut function: impl FnMut(f64) -> f64) -> f64 {
     let ratio = (5.0_f64.sqrt() - 1.0) / 2.0;
     let (mut low, mut high) = (low, high);

@@ -6,7 +6,8 @@
 //! value changes by h1, h2, ..., and `P(z) = h1 z^-1 + h2 z^-2 + ...`. This holds for any linear plant, whether h1, h2,
 //! ... are taken from a [record](Plant::of_step) or a [model](Plant::of_model); after the last one, they continue as a
 //! geometric sequence. The controller is the law computed in each call, see [`Law`]. By the argument principle, a loop
-//! is stable if `(1 - z^-1)^k (1 + C(z) P(z))`, with k integrators, does not encircle 0 along the unit circle.
+//! is stable if `(1 - z^-1)^k (1 + C(z) P(z))`, with k integrators, does not encircle 0 as z moves along the unit
+//! circle.
 
 use crate::identify::Model;
 use crate::process::Process;
@@ -15,15 +16,15 @@ use libm::{atan, atan2, cos, exp, hypot, log, pow, sin};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Add, Div, Mul, Sub};
 
-/// The logarithmic spacing of the frequencies: where a dead time contributes a phase of one radian, its phase turns by
-/// this fraction of a radian from one frequency to the next.
+/// The logarithmic spacing of the frequencies. At the frequency at which a dead time contributes a phase of one radian,
+/// its phase changes by this many radians from one frequency to the next.
 const DENSITY: f64 = 0.012;
 /// The maximum number of samples of a plant's step response; beyond it, the response is sampled at longer intervals.
 const MOST_STEPS: usize = 20_000;
 /// The number of time constants after which a lag has settled.
 const RESTS: f64 = 12.0;
-/// If the ratio of the change in the last tenth of a record to that in the tenth before it is above this, the plant is
-/// not a settling lag.
+/// If the ratio of the change in the last tenth of a record to that in the tenth before it is not below this, the
+/// response is not continued as that of a settling lag.
 const SLOWEST: f64 = 0.95;
 /// The number of bisections that refine a crossing.
 const BISECTIONS: usize = 80;
@@ -71,11 +72,12 @@ pub struct Law {
 }
 
 impl Law {
-    /// Returns the frequency response at `z^-1`, sampled at the process values.
+    /// Returns the frequency response at `z^-1 = back`, where z is a shift by the time between two process values.
     fn response(&self, back: Complex) -> Complex {
         let Law { settings: Settings { gain, ti, td, tm_lag }, cycle, calls } = *self;
         let mut sum = Complex::ONE;
-        // The error is the same in all calls except the first one, whose integration still includes the previous error.
+        // The error is constant from one process value to the next. Only the first call's integration still includes
+        // the previous error.
         if let Some(ti) = ti {
             let added = (Complex::ONE + back) * 0.5 + Complex::ONE * f64::from(calls - 1);
             sum = sum + added * (cycle / ti) / (Complex::ONE - back);
@@ -95,10 +97,10 @@ impl Law {
     }
 }
 
-/// The frequency response of a plant between two calls of the controller.
+/// The frequency response of a plant whose process value is sampled by the calls of a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
-    /// The frequencies in rad/s, with the response at each.
+    /// The frequencies in rad/s, ascending, with the response at each.
     responses: Vec<(f64, Complex)>,
     /// The delay in seconds caused by the hold of the manipulated value and by pulses.
     hold: f64,
@@ -158,7 +160,7 @@ impl Plant {
     /// `tail` holds the ratio of successive steps after the last one, and the first of these steps; `longest` is the
     /// longest time scale of the plant in seconds.
     fn new(steps: &[f64], tail: (f64, f64), interval: f64, longest: f64, is_integrating: bool) -> Plant {
-        // The loop may be much slower than an integrating plant.
+        // A loop with an integrating plant may be much slower than the plant's time scale.
         let lowest = log(if is_integrating { 1e-5 } else { 1e-2 } / longest);
         let highest = log(PI / interval);
         let count = ((highest - lowest) / DENSITY).ceil();
@@ -306,7 +308,7 @@ pub fn ultimate_of(highest: f64, plant: impl Fn(f64) -> (f64, f64)) -> Option<(f
     Some((1.0 / plant(frequency).0, 2.0 * PI / frequency))
 }
 
-/// Returns the amplitude and phase of the plant.
+/// Returns the amplitude and the phase in radians of the plant at a frequency in rad/s.
 fn plant(model: &Model, frequency: f64) -> (f64, f64) {
     let second = frequency * model.second_time_constant;
     let (amplitude, phase) = if model.is_integrating {
@@ -318,7 +320,7 @@ fn plant(model: &Model, frequency: f64) -> (f64, f64) {
     (amplitude / hypot(1.0, second), phase - atan(second) - frequency * model.dead_time)
 }
 
-/// Finds the sign change of a function within an interval.
+/// Finds the sign change of a function within an interval by bisection.
 fn crossing(between: &[f64], function: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (between[0], between[1]);
     let is_positive = function(low) > 0.0;

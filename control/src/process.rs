@@ -1,5 +1,5 @@
 //! A plant model in the time domain: its response to a piecewise constant input, solved in closed form. Dead time is
-//! exact: it need not be a multiple of any step.
+//! exact: it need not be a multiple of the step size.
 
 use crate::identify::Model;
 use libm::{exp, expm1};
@@ -11,11 +11,11 @@ pub struct Process {
     model: Model,
     /// The time in seconds up to which the model has been solved.
     time: f64,
-    /// The input after the dead time.
+    /// The input in effect, after the dead time.
     input: f64,
     /// The inputs still within the dead time, each with the time at which it takes effect.
     on_the_way: VecDeque<(f64, f64)>,
-    /// The latest input.
+    /// The input set last, which may still be within the dead time.
     last: f64,
     /// The output of the first lag, or the integral.
     first: f64,

@@ -5,17 +5,17 @@
 //! ```
 //!
 //! K, T and L are the model's gain, time constant and dead time; a = K L / T, or a = k' L for an integrating plant,
-//! where k' is its gain per second. L is the dead time of the whole loop: [`tune`](crate::tune) lists what adds to the
-//! plant's.
+//! where k' is its gain per second. L is the dead time of the whole loop: [`tune`](crate::tune) lists what is added to
+//! the plant's dead time.
 //!
 //! | rule | GAIN | TI | TD |
 //! |---|---|---|---|
-//! | Ziegler-Nichols, step: P / PI / PID | 1 / 0.9 / 1.2, by a | - / 3.33 L / 2 L | - / - / 0.5 L |
+//! | Ziegler-Nichols, step: P / PI / PID | 1 / 0.9 / 1.2, each divided by a | - / 3.33 L / 2 L | - / - / 0.5 L |
 //! | Ziegler-Nichols, ultimate | 0.5 / 0.45 / 0.6 Ku | - / Tu/1.2 / Tu/2 | - / - / Tu/8 |
-//! | CHR, setpoint, 0 % | 0.3 / 0.35 / 0.6, by a | - / 1.2 T / T | - / - / 0.5 L |
-//! | CHR, setpoint, 20 % | 0.7 / 0.6 / 0.95, by a | - / T / 1.35 T | - / - / 0.47 L |
-//! | CHR, disturbance, 0 % | 0.3 / 0.6 / 0.95, by a | - / 4 L / 2.4 L | - / - / 0.42 L |
-//! | CHR, disturbance, 20 % | 0.7 / 0.7 / 1.2, by a | - / 2.3 L / 2 L | - / - / 0.42 L |
+//! | CHR, setpoint, 0 % | 0.3 / 0.35 / 0.6, each divided by a | - / 1.2 T / T | - / - / 0.5 L |
+//! | CHR, setpoint, 20 % | 0.7 / 0.6 / 0.95, each divided by a | - / T / 1.35 T | - / - / 0.47 L |
+//! | CHR, disturbance, 0 % | 0.3 / 0.6 / 0.95, each divided by a | - / 4 L / 2.4 L | - / - / 0.42 L |
+//! | CHR, disturbance, 20 % | 0.7 / 0.7 / 1.2, each divided by a | - / 2.3 L / 2 L | - / - / 0.42 L |
 //! | SIMC PI | T / (K (tc + L)) | min(T, 4 (tc + L)) | - |
 //! | SIMC PI, integrating | 1 / (k' (tc + L)) | 4 (tc + L) | - |
 //! | SIMC PID, second lag T2 | as PI in the series form with TD' = T2, converted | | |
@@ -26,8 +26,8 @@
 //! | AMIGO PID | (0.2 + 0.45 T/L)/K | L (0.4 L + 0.8 T)/(L + 0.1 T) | 0.5 L T/(0.3 L + T) |
 //! | AMIGO PID, integrating | 0.45 / (k' L) | 8 L | 0.5 L |
 //!
-//! A rule without a second lag is given a simpler model by the half rule: half of the second lag is added to the time
-//! constant and half to the dead time; if the plant is integrating, all of it is added to the dead time.
+//! For a rule that does not support a second lag, the half rule simplifies the model: half of the second lag is added
+//! to the time constant and half to the dead time; if the plant is integrating, all of it is added to the dead time.
 
 use crate::identify::Model;
 use crate::margins;
@@ -42,23 +42,23 @@ pub const FILTER: f64 = 10.0;
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Rule {
-    /// Ziegler and Nichols, from the step response.
+    /// Ziegler and Nichols, based on the step response.
     ZieglerNicholsStep,
-    /// Ziegler and Nichols, from the ultimate gain.
+    /// Ziegler and Nichols, based on the ultimate gain and period.
     ZieglerNicholsUltimate,
-    /// Chien, Hrones and Reswick, setpoint, 0 %.
+    /// Chien, Hrones and Reswick, for setpoint changes, with 0 % overshoot.
     ChrSetpoint0,
-    /// Chien, Hrones and Reswick, setpoint, 20 %.
+    /// Chien, Hrones and Reswick, for setpoint changes, with 20 % overshoot.
     ChrSetpoint20,
-    /// Chien, Hrones and Reswick, disturbance, 0 %.
+    /// Chien, Hrones and Reswick, for disturbances, with 0 % overshoot.
     ChrDisturbance0,
-    /// Chien, Hrones and Reswick, disturbance, 20 %.
+    /// Chien, Hrones and Reswick, for disturbances, with 20 % overshoot.
     ChrDisturbance20,
-    /// Skogestad.
+    /// SIMC, by Skogestad.
     Simc,
     /// Lambda: TI cancels the plant's lag, and the closed loop has the time constant lambda.
     Lambda,
-    /// Astroem and Haegglund.
+    /// AMIGO, by Astroem and Haegglund.
     Amigo,
 }
 
@@ -155,7 +155,7 @@ impl Model {
 }
 
 /// Computes the settings for a plant by a rule. `closed_loop` is the chosen time constant of the closed loop for SIMC
-/// and lambda, `ultimate` the ultimate gain and period if they are known from an experiment.
+/// and lambda in seconds; `ultimate` is the ultimate gain and period in seconds, if they are known from an experiment.
 ///
 /// # Errors
 /// The rule has no formula for this plant or structure; the error names a rule that has one.
@@ -310,7 +310,7 @@ pub fn paced(pace: f64, model: &Model) -> f64 {
     calm.powf(1.0 - pace) * fast.powf(pace)
 }
 
-/// Returns the position of a closed-loop time constant on the scale of [`paced`], clamped to its ends; `None` without a
+/// Returns the position of a closed-loop time constant on the scale of [`paced`], between 0 and 1; `None` without a
 /// dead time.
 pub fn pace(closed_loop: f64, model: &Model) -> Option<f64> {
     let [calm, fast] = paces(model);

@@ -9,12 +9,13 @@
 //! - GAIN is divided by the factor that the block applies internally to its manipulated value (LMN_FAC), which is
 //!   measured in manual mode. The model's gain includes all other factors, see [`Model`].
 //! - TI, TD and TM_LAG are whole milliseconds, and not below the values to which the block raises them: half the time
-//!   between two calls of the controller, and for TD that whole time. TM_LAG is a tenth of TD ([`rules::FILTER`]). All
-//!   of them, and GAIN, have [`DIGITS`] digits.
+//!   between two calls of the controller, and for TD the whole of it. TM_LAG is a tenth of TD ([`rules::FILTER`]). They
+//!   and GAIN are rounded to [`DIGITS`] significant digits.
 //! - The switches of the actions are set for P, PI or PID. A step controller has PI only; its motor time is not a lag
 //!   of the plant.
 //!
-//! The margins hold for these settings, computed in each call as the block does, and the plant's own dead time.
+//! The margins are those of these settings, with the control law computed in each call as in the block, and with the
+//! plant's own dead time.
 
 use crate::extremes;
 use crate::figures::BAND;
@@ -42,9 +43,9 @@ const LONGEST: f64 = 2_147_483.647;
 /// The Ms above which a loop is not very robust.
 const USUAL_SENSITIVITY: f64 = 2.0;
 /// If no speed has been chosen, SIMC makes the closed loop slower than the textbook value of one dead time by this
-/// factor. A second lag counts fully as dead time here: with the half rule, which counts half of it, a furnace
-/// overshoots by 10 %, and with this rule by 3 %. A model with one lag does not reproduce the initial response of a
-/// plant with more, which overshoots by up to 9 % with one dead time.
+/// factor. A second lag counts fully as dead time here: if only half of it counted, as in the half rule, a furnace
+/// would overshoot by 10 % instead of 3 %. A model with one lag does not reproduce the initial response of a plant with
+/// more lags; with a closed-loop time constant of one dead time, such a plant overshoots by up to 9 %.
 const CALMER: f64 = 1.5;
 /// The range of RATIOFAC.
 const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
@@ -73,8 +74,9 @@ pub struct TuneRequest {
     /// The setpoint step to predict.
     #[serde(default)]
     pub step: Step,
-    /// Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above
-    /// 0; after a run, 2 % of its last step. By default, 2 % of the default predicted step.
+    /// Half the width of the band around the setpoint in which the loop counts as recovered from a load, in the unit of
+    /// the process value, above 0; if there is a run, 2 % of its last step. By default, 2 % of the default predicted
+    /// step.
     #[serde(default)]
     pub band: Option<f64>,
     /// Ultimate gain and period, for the ultimate rule; by default computed from the model.
@@ -92,8 +94,8 @@ pub struct TuneRequest {
 pub struct Step {
     /// The setpoint before the step; by default that of the controller.
     pub from: Option<f64>,
-    /// The size of the step, negative for a step down; by default, the step that finally moves the manipulated value by
-    /// 10 %, or initially if the plant is integrating.
+    /// The size of the step, negative for a step down; by default, the step after which the manipulated value is 10 %
+    /// higher in steady state or, if the plant is integrating, initially.
     pub size: Option<f64>,
     /// The manual value at which the plant rests before the step, in percent; by default 50.
     pub manual: Option<f64>,
@@ -105,19 +107,19 @@ pub struct Step {
 pub struct Tuned {
     /// The settings in the block's form, by the block's names, including the switches of the structure.
     pub values: Values,
-    /// The dead time used: the model's, plus half a cycle, plus half a pulse period.
+    /// The dead time used, in seconds: the model's, plus half a cycle, plus half a pulse period.
     pub dead_time: f64,
-    /// The closed-loop time constant used, if the rule has one.
+    /// The closed-loop time constant used, in seconds, if the rule has one.
     pub closed_loop: Option<f64>,
     /// This time constant as a position on a scale from calm, 0, to fast, 1, as the request may specify it.
     pub pace: Option<f64>,
-    /// The largest sensitivity.
+    /// Ms, the largest sensitivity; absent if the loop is unstable.
     pub sensitivity: Option<f64>,
     /// The gain margin, as a factor.
     pub gain_margin: Option<f64>,
     /// The phase margin in degrees.
     pub phase_margin: Option<f64>,
-    /// The simulated setpoint step of the real block with the model.
+    /// The simulated setpoint step of the loop of the real block and the model.
     pub predicted: Predicted,
     /// The reasons for missing metrics, by the names of their fields: `sensitivity`, `gain_margin`, `phase_margin`,
     /// `overshoot`, `settling`, `travel`, and `deviation`, `recovery` and `iae` of the load.
@@ -137,7 +139,7 @@ pub struct RuleOutcome {
     pub name: String,
     /// The settings, and the prediction for the same step as in all other rows.
     pub tuned: Option<Tuned>,
-    /// The reason why there are no settings.
+    /// The reason why there are no settings, if there are none.
     pub refusal: Option<String>,
 }
 
@@ -158,7 +160,7 @@ pub struct RatioRequest {
 pub struct Ratio {
     /// RATIOFAC.
     pub ratio: f64,
-    /// The model for tuning the controller: the weaker gain, the longer dead time.
+    /// The model for tuning the controller: the one with the smaller gain, but with the longer of the two dead times.
     pub model: Model,
     /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
@@ -176,11 +178,11 @@ pub struct Predicted {
     pub process_value: Vec<f64>,
     /// The manipulated value.
     pub manipulated_value: Vec<f64>,
-    /// Its overshoot in percent of the step.
+    /// The overshoot of the process value in percent of the step.
     pub overshoot: Option<f64>,
-    /// Its settling time in seconds.
+    /// The settling time of the process value in seconds.
     pub settling: Option<f64>,
-    /// The total travel of the manipulated value since the step.
+    /// The total travel of the manipulated value after the step, in its unit.
     pub travel: Option<f64>,
     /// The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same steady
     /// state.
@@ -196,24 +198,24 @@ pub struct Load {
     pub size: f64,
     /// The largest deviation from the setpoint, in its unit.
     pub deviation: f64,
-    /// The time in seconds after the load from which the deviation stays within the band; `None` if it does not.
+    /// The time in seconds from the load until the deviation stays within the band; `None` if it does not.
     pub recovery: Option<f64>,
     /// The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not
     /// recover.
     pub iae: Option<f64>,
-    /// Half the width of the band around the setpoint in which the loop has recovered, in its unit.
+    /// Half the width of the band around the setpoint in which the loop counts as recovered, in the setpoint's unit.
     pub band: f64,
 }
 
 /// A control block with its current settings.
 pub struct Controller {
-    /// The name in messages.
+    /// The block's name, its FMU and its current settings.
     pub member: Member,
-    /// Its table.
+    /// The table of its variables.
     pub table: Arc<Table>,
     /// The roles of its variables.
     pub roles: Roles,
-    /// Its settings.
+    /// Its settings in the groups of the parameter dialog.
     pub groups: Vec<Group>,
 }
 
@@ -296,12 +298,12 @@ impl Controller {
         self.own_period().map_or(1, |period| (period / step).round().max(1.0) as usize)
     }
 
-    /// Returns the dead time in seconds that calls and pulses add: half of the period of each.
+    /// Returns the dead time in seconds that calls and pulses add: half a cycle plus half a pulse period.
     pub fn delay_of_calls(&self) -> f64 {
         self.cycle() / 2.0 + self.own_period().unwrap_or_default() / 2.0
     }
 
-    /// Returns the time between two calls of the controller itself.
+    /// Returns the time between two calls of the controller inside the block, in seconds.
     pub fn sampling(&self) -> f64 {
         let is_count = |name: &&String| self.kind(name) != Some(Kind::Time);
         let has_count =
@@ -322,13 +324,13 @@ impl Controller {
         Law { settings: Settings { gain: settings.gain * factor, ..*settings }, cycle: self.sampling(), calls: 1 }
     }
 
-    /// Returns the time in seconds that a step controller's actuator takes from stop to stop: the TIME in the group of
-    /// its stops.
+    /// Returns the time in seconds that a step controller's actuator takes from stop to stop: the setting of type TIME
+    /// in the group that contains its end stops.
     pub fn motor_time(&self) -> Option<f64> {
         self.motor_time_setting().filter(|_| self.is_step_controller()).map(|name| self.value(name))
     }
 
-    /// Returns the name of the setting for the travel time.
+    /// Returns the name of the setting for the actuator's travel time.
     pub fn motor_time_setting(&self) -> Option<&str> {
         let is_stop = |name: &str| self.roles.stops().any(|stop| stop == name);
         let group = self.groups.iter().find(|group| group.fields.iter().any(|field| is_stop(&field.name)))?;
@@ -356,7 +358,7 @@ impl Controller {
     }
 }
 
-/// A GAIN more than this many times the one in force causes a warning.
+/// A GAIN that is more than this many times the current one causes a warning.
 const MOST_TIMES: f64 = 10.0;
 /// So does a GAIN at which a deviation below this fraction of the step moves the manipulated value by 100 %.
 const LEAST_DEVIATION: f64 = 0.1;
@@ -366,7 +368,7 @@ const MOST_AT_FIRST: f64 = 10.0;
 /// Travel of the manipulated value beyond 0 counts if it is at least this fraction of its range.
 const CROSSED: f64 = 0.05;
 
-/// Computes the block's settings by a rule, with their effects.
+/// Computes the block's settings by a rule, with the resulting margins and responses.
 ///
 /// # Errors
 /// The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names a rule that
@@ -375,7 +377,8 @@ pub fn tune(home: &dyn Fmus, request: &TuneRequest) -> Result<Tuned> {
     tune_calmer(home, request, None)
 }
 
-/// Like [`tune`], but calmer by a factor than the rule's loop, unless the request specifies the speed.
+/// Like [`tune`], but with a closed loop slower than the rule's by the factor `calmer`, unless the request specifies
+/// its speed.
 fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> Result<Tuned> {
     let controller = Controller::new(home, &request.controller)?;
     controller.require(request.structure)?;
@@ -442,7 +445,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
             Predicted::default()
         }
     };
-    // Without a predicted step, a GAIN far above the one in force is still reported.
+    // Without a predicted step, the height is 0, and only a GAIN far above the current one is reported.
     let height = predicted.setpoint.last().zip(predicted.setpoint.first()).map_or(0.0, |(to, from)| to - from);
     remarks.extend(nervousness(&controller, &settings, (factor, height), closed_loop.is_some()));
     Ok(Tuned {
@@ -491,7 +494,7 @@ pub fn table(home: &dyn Fmus, request: &TuneRequest) -> Result<Vec<RuleOutcome>>
 /// cooling gain.
 ///
 /// # Errors
-/// A model is not a valid plant, or only one of the two integrates.
+/// A model is not a valid plant, or only one of the two is integrating.
 pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
     heating.check().context("heating")?;
     cooling.check().context("cooling")?;
@@ -519,8 +522,8 @@ pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
     Ok(Ratio { ratio, model: Model { gain, dead_time: slow.dead_time, ..*weaker }, remarks })
 }
 
-/// Returns the remark about a second lag that the rule does not support; the model's dead time includes the delay of
-/// sampling.
+/// Returns the remark about a second lag that the rule does not support. The dead time of `model` includes the delay of
+/// sampling, which `sampling` describes in words.
 fn half_rule(request: &TuneRequest, model: &Model, sampling: &str) -> Option<String> {
     let knows_two = request.rule == Rule::ZieglerNicholsUltimate
         || request.rule == Rule::Simc && request.structure == Structure::Pid;
@@ -622,8 +625,8 @@ fn shortest_pulse(controller: &Controller, model: &Model) -> Option<(f64, f64)> 
     Some((seconds, (model.gain * 100.0 * seconds / motor_time).abs()))
 }
 
-/// Returns the remark that a step controller never comes to rest, if its shortest pulse moves the process value across
-/// the dead band.
+/// Returns the remark that a step controller never comes to rest, if its shortest pulse moves the process value by more
+/// than twice the dead band.
 fn coarseness(controller: &Controller, request: &TuneRequest) -> Option<String> {
     let (seconds, moved) = shortest_pulse(controller, &request.model)?;
     let (pulse, dead_band) = (controller.roles.shortest_pulse.as_ref()?, controller.roles.dead_band.as_ref()?);

@@ -42,7 +42,7 @@ impl Shape {
             Shape::TwoLags => {
                 let (half, product) = (parameters[1] / 2.0, parameters[2]);
                 let slow = half + (half * half - product).max(0.0).sqrt();
-                // The difference of two nearly equal numbers would lose digits.
+                // Computing `half - sqrt(...)` could subtract nearly equal numbers and lose digits.
                 (slow, (product / slow).min(slow))
             }
             Shape::IntegratorAndLag => (0.0, parameters[1]),
@@ -69,7 +69,7 @@ impl Shape {
     }
 }
 
-/// Returns the iteratively improved model.
+/// Reduces the model's residual iteratively.
 pub(super) fn improved(step: &Step, shape: Shape, model: Model) -> Model {
     let mut best = (error(step, &response(step, &model)), model);
     let mut damping = 1e-6;
@@ -93,7 +93,7 @@ pub(super) fn improved(step: &Step, shape: Shape, model: Model) -> Model {
     best.1
 }
 
-/// Performs one damped step; `None` if it fails.
+/// Performs one damped step; `None` if the equations are singular or the new parameters are impossible.
 fn newton(step: &Step, shape: Shape, model: &Model, damping: f64) -> Option<Model> {
     let base = response(step, model);
     let (parameters, differences) = (shape.parameters(model), shape.differences(model));
@@ -130,7 +130,7 @@ fn newton(step: &Step, shape: Shape, model: &Model, damping: f64) -> Option<Mode
     shape.model(&next)
 }
 
-/// Solves linear equations, each with its right-hand side as the last number.
+/// Solves linear equations, each with its right-hand side as the last number; `None` if the matrix is singular.
 fn solved(mut matrix: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     let count = matrix.len();
     for column in 0..count {

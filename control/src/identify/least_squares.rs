@@ -6,7 +6,7 @@ use super::{Model, error, golden_section, response};
 use crate::process::Process;
 use anyhow::{Context, Result, bail};
 
-/// The number of dead times tried before the best one is refined.
+/// The number of intervals between the dead times tried before the best one is refined.
 const COARSE: usize = 60;
 /// The number of divisions of the interval around the best dead time.
 const FINE: usize = 25;
@@ -14,17 +14,19 @@ const FINE: usize = 25;
 const MOST_SAMPLES: usize = 10_000;
 /// The minimum fraction of the response that the record must contain.
 const SHOWN: f64 = 0.3;
-/// The ratios of the two lags at which the search for a second lag starts.
+/// The ratios of the faster lag to the slower one at which the search for two lags starts.
 const RATIOS: [f64; 4] = [0.05, 0.2, 0.5, 1.0];
-/// The fractions of an integrator's dead time at which the search for a lag starts.
+/// The initial lags in the search for a lag after an integrator, as fractions of the dead time found without a lag.
 const PARTS: [f64; 4] = [0.1, 0.4, 0.7, 0.95];
 /// The minimum reduction of the sum of squares by a second lag, as a multiple of the variance of an independent sample.
-/// A superfluous parameter reduces it by one variance on average because of noise, and by 20 in one of 100,000 records.
+/// A superfluous parameter reduces it by one variance on average because of noise, and by 20 or more in about one of
+/// 100,000 records.
 const BEYOND_NOISE: f64 = 20.0;
 /// The fraction of the response below which residuals do not justify another lag.
 const MISSED: f64 = 1e-5;
 
-/// Fits one or two lags with dead time: two only if the second explains more than noise and resolution do.
+/// Fits one or two lags with dead time: two only if the second reduces the residual by more than noise and resolution
+/// can explain.
 pub(super) fn lags(step: &Step) -> Result<Model> {
     let samples = Samples::new(step);
     let one = lag(&samples, step)?;
@@ -50,8 +52,8 @@ fn lag(samples: &Samples, step: &Step) -> Result<Model> {
 /// Returns the best model with two lags, if the data support the second one.
 fn with_second_lag(samples: &Samples, step: &Step, one: &Model) -> Option<Model> {
     let compared = samples.compared(step);
-    // The half rule reversed: the lag is the slower one plus half of the faster one, and the dead time contains the
-    // other half.
+    // The half rule reversed: the single lag is the slower one of the two plus half of the faster one, and its dead
+    // time contains the other half.
     let start = |ratio: f64| {
         let slow = one.time_constant / (1.0 + ratio / 2.0);
         let dead_time = (one.dead_time - ratio * slow / 2.0).max(0.0);
@@ -70,7 +72,8 @@ fn best(step: &Step, models: impl IntoIterator<Item = Model>) -> Option<Model> {
     models.into_iter().min_by(|a, b| missed(a).total_cmp(&missed(b)))
 }
 
-/// Whether the data support the second lag of a model.
+/// Whether the data support the second lag of a model: it is at least one sampling interval long and reduces the
+/// residual enough.
 fn is_shown(step: &Step, one: &Model, two: &Model) -> bool {
     two.second_time_constant >= step.interval() && explains_more(step, one, two)
 }
@@ -100,8 +103,8 @@ fn memory(missed: &[f64]) -> f64 {
     1.0 + 2.0 * (1..missed.len() / 4).map(correlation).take_while(|part| *part > 0.05).sum::<f64>()
 }
 
-/// Fits an integrator with dead time, `y = k' U(t - L)`, and adds a lag if it explains more than noise and resolution
-/// do.
+/// Fits an integrator with dead time, `y = k' U(t - L)`, and adds a lag if that reduces the residual by more than noise
+/// and resolution can explain.
 pub(super) fn integrating(step: &Step) -> Result<Model> {
     let samples = Samples::new(step);
     let solve = |dead_time: f64| {
@@ -115,7 +118,7 @@ pub(super) fn integrating(step: &Step) -> Result<Model> {
     let missed = |dead_time: f64| samples.error(step, &solve(dead_time));
     let one = solve(search(0.9 * step.duration(), missed));
     let compared = samples.compared(step);
-    // A ramp after a lag is late by the lag's time constant.
+    // A lag delays a ramp by its time constant.
     let start = |part: f64| Model {
         second_time_constant: part * one.dead_time,
         dead_time: (1.0 - part) * one.dead_time,
@@ -125,10 +128,10 @@ pub(super) fn integrating(step: &Step) -> Result<Model> {
     Ok(two.filter(|two| is_shown(compared, &one, two)).unwrap_or(one))
 }
 
-/// Returns the remark for a record that ends before the response does.
+/// Returns a remark if the record shows less than 80 % of the response that the model predicts.
 ///
 /// # Errors
-/// The record ends so early that the model would be a guess.
+/// The record shows less than [`SHOWN`] of that response, so the model would be a guess.
 pub(super) fn completeness(step: &Step, model: &Model) -> Result<Option<String>> {
     let mut process = Process::at_rest(Model { gain: 1.0, ..*model }, 0.0);
     process.put(0.0, 1.0);
@@ -148,7 +151,7 @@ pub(super) fn completeness(step: &Step, model: &Model) -> Result<Option<String>>
     }))
 }
 
-/// Returns the maximum plausible dead time: the time at which the response is well under way.
+/// Returns the maximum plausible dead time: the time at which half of the response is reached.
 fn longest_dead_time(step: &Step) -> f64 {
     step.reaches(0.5).unwrap_or(step.duration()).max(step.interval())
 }
@@ -200,7 +203,7 @@ impl Samples {
         error(step, &response(step, model))
     }
 
-    /// Returns the gain and time constant for a dead time.
+    /// Returns the model with the best gain and time constant for a dead time; `None` if no lag fits.
     fn solve(&self, step: &Step, dead_time: f64) -> Option<Model> {
         // The normal equations of y = a (-Y) + b U.
         let (mut yy, mut yu, mut uu, mut ry, mut ru) = (0.0, 0.0, 0.0, 0.0, 0.0);

@@ -5,10 +5,10 @@ use super::step::Step;
 use anyhow::{Context, Result};
 use std::f64::consts::E;
 
-/// Longer recordings are averaged down to this many samples before the slope search.
+/// Longer recordings are averaged down to at most this many samples before the slope search.
 const MOST_SAMPLES: usize = 20_000;
 
-/// A point of the response with its slope.
+/// The line fitted to a window of the response: its centre and slope.
 struct Tangent {
     time: f64,
     value: f64,
@@ -59,7 +59,7 @@ pub(super) fn integrating_tangent(step: &Step) -> Result<Model> {
     })
 }
 
-/// Returns the time from the first change in the input to an ideal step with the same area.
+/// Returns the delay of the input in seconds: from its first change to the ideal step that has the same area.
 fn delay_of_input(step: &Step) -> f64 {
     let late: f64 = step.moves.windows(2).map(|pair| (step.height - pair[0].1) * (pair[1].0 - pair[0].0)).sum();
     late / step.height
@@ -69,7 +69,7 @@ fn model(step: &Step, end: f64, time_constant: f64, dead_time: f64) -> Model {
     Model { gain: end / step.height, time_constant, dead_time: dead_time.max(0.0), ..Model::default() }
 }
 
-/// Integrates from the step to a time by the trapezoidal rule.
+/// Integrates a function of the process value from the step to a time by the trapezoidal rule.
 fn integral(step: &Step, to: f64, function: impl Fn(f64) -> f64) -> f64 {
     let mut sum = 0.0;
     for (times, values) in step.times.windows(2).zip(step.values.windows(2)) {

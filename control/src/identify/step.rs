@@ -7,11 +7,11 @@ use modeldescription::digits::short;
 
 /// The maximum number of neighbours on each side used for smoothing.
 const MOST_NEIGHBOURS: usize = 200;
-/// The maximum change by smoothing, as a multiple of noise and rounding.
+/// The maximum RMS change due to smoothing, as a multiple of the RMS noise or rounding error, whichever is larger.
 const SMOOTHED: f64 = 1.2;
 /// The minimum number of samples after the step.
 const FEWEST: usize = 10;
-/// The minimum change in the manipulated value that counts as a step, relative to its span.
+/// The minimum change in the manipulated value between two samples that counts as a step, relative to its span.
 const STEP: f64 = 0.02;
 /// The maximum deviation of the manipulated value from its level, relative to the step.
 const FLAT: f64 = 0.05;
@@ -19,10 +19,10 @@ const FLAT: f64 = 0.05;
 const ABOVE_NOISE: f64 = 10.0;
 /// The minimum response of the process value as a multiple of its smallest change.
 const COUNTS: f64 = 20.0;
-/// The maximum remainder of earlier movements, relative to the response.
+/// The maximum effect of an earlier movement of the process value on the response, relative to the response.
 const AT_REST: f64 = 0.05;
-/// If the process value moves more slowly by this factor just before the step than earlier, the earlier part is another
-/// movement.
+/// If the process value moves more slowly by this factor just before the step than earlier, the earlier part is treated
+/// as another movement.
 const CALMER: f64 = 4.0;
 
 /// A step and its response: times after the step, values as deviations from the levels before it.
@@ -36,7 +36,7 @@ pub(super) struct Step {
     pub values: Vec<f64>,
     /// The manipulated value from each time onward, minus its level before the step.
     pub moves: Vec<(f64, f64)>,
-    /// The height of the step.
+    /// The signed change in the manipulated value.
     pub height: f64,
     /// The process value before the step, and its drift per second.
     pub before: (f64, f64),
@@ -58,7 +58,7 @@ struct Move {
 }
 
 impl Step {
-    /// Returns the last step of a record.
+    /// Finds the last step of a record and extracts the response.
     pub(super) fn new(recorded: &Recorded, is_integrating: bool) -> Result<Step> {
         check(recorded)?;
         let Recorded { times, output, .. } = *recorded;
@@ -118,7 +118,8 @@ impl Step {
         self.times[self.times.len() - 1]
     }
 
-    /// Returns the level and drift that were subtracted from a sample of the process value.
+    /// Returns what was subtracted from a sample of the process value: the level before the step, extrapolated with the
+    /// drift.
     pub(super) fn level(&self, at: usize) -> f64 {
         self.before.0 + self.before.1 * self.times[at]
     }
@@ -134,7 +135,7 @@ impl Step {
         self.crossing(&self.smoothed(), part * self.end())
     }
 
-    /// Returns the time at which values first cross a level.
+    /// Returns the time, in seconds after the step, at which values first reach a level, interpolated between samples.
     pub(super) fn crossing(&self, values: &[f64], level: f64) -> Option<f64> {
         let sign = level.signum();
         let at = values.iter().position(|value| value * sign >= level * sign)?;
@@ -181,12 +182,12 @@ impl Step {
         }
     }
 
-    /// Returns the change in the last fifth of the record, relative to the response.
+    /// Returns the change in the last fifth of the record beyond what noise can explain, relative to the response.
     fn unrest(&self) -> f64 {
         let tail = self.times.partition_point(|time| *time < 0.8 * self.duration());
         let line = Line::through(&self.times[tail..], &self.values[tail..], self.duration());
         let change = line.slope * 0.2 * self.duration();
-        // The part of the change that noise alone may explain is subtracted.
+        // Subtract the change that noise alone may cause.
         ((change.abs() - 3.0 * line.uncertainty * 0.2 * self.duration()) / self.end().abs()).max(0.0)
     }
 
@@ -204,7 +205,8 @@ impl Step {
         Ok(())
     }
 
-    /// Rejects a record without a response of the process value.
+    /// Rejects a record in which the process value does not respond, or too little compared with its noise and
+    /// resolution.
     fn require_answer(&self, output: &[f64]) -> Result<()> {
         let largest = self
             .values
@@ -248,7 +250,7 @@ impl Step {
         let (drift, whole) = (resting.slope, self.duration());
         let answer = self.end();
         if is_integrating {
-            // What counts is how much the step changes the slope.
+            // The gain follows from the change in slope due to the step, so any slope before it is acceptable.
             self.take_off(resting);
             if drift.abs() * whole > SETTLED * answer.abs() {
                 self.remarks.push(format!(
@@ -326,7 +328,7 @@ impl Step {
         Ok(())
     }
 
-    /// Whether the value before a stop is beyond it, which noise may cause.
+    /// Whether the last moving value is beyond the value at which the process value stops, as noise may cause.
     fn is_reversed(&self, moving: usize) -> bool {
         let end = self.values[self.values.len() - 1];
         (self.values[moving] - end) * end.signum() > 0.0
@@ -362,7 +364,7 @@ impl Line {
         Line { count: times.len(), mean, slope, at_end: mean + slope * (at - middle), uncertainty }
     }
 
-    /// Whether the slope exceeds the noise.
+    /// Whether the slope is larger than noise alone can explain.
     fn is_significant(&self) -> bool {
         self.count > 2 && self.slope.abs() > 4.0 * self.uncertainty
     }
@@ -388,7 +390,7 @@ fn calmest(times: &[f64], output: &[f64], begin: usize, step: usize) -> usize {
     calmest
 }
 
-/// Rejects malformed records.
+/// Rejects records that are too short, have missing values, or whose times do not increase.
 fn check(recorded: &Recorded) -> Result<()> {
     let Recorded { times, input, output } = *recorded;
     if times.len() != input.len() || times.len() != output.len() {
@@ -462,18 +464,18 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     Ok(Move { first, last, rest, from, to })
 }
 
-/// Returns the manipulated value after the step as moves: one for each sample of the step, then the new level.
+/// Returns the manipulated value after the step as moves: one for each sample during the movement, then the new level.
 fn moves(input: &[f64], times: &[f64], found: &Move) -> Vec<(f64, f64)> {
     let length = found.last - found.first;
     let within = (0..length).map(|at| (times[at], input[at] - found.from));
     within.chain([(times[length], found.to - found.from)]).collect()
 }
 
-/// The minimum number of changes in a signal that consists of pulses.
+/// The minimum number of changes for a signal to count as pulses.
 const PULSES: usize = 8;
 
-/// Returns the means of a pulse signal with at most three levels, over its periods from the beginning of a pulse to the
-/// next one, and the median period; `None` for any other signal.
+/// Replaces a pulse signal with at most three levels by its mean in each period, from the beginning of one pulse to
+/// that of the next, and returns it with the median period; `None` for any other signal.
 pub fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> {
     let mut levels: Vec<f64> = Vec::new();
     for value in input {
@@ -494,8 +496,8 @@ pub fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> 
     let mut means = input.to_vec();
     for (place, begin) in begins.iter().enumerate() {
         let (from, next) = (times[*begin], begins.get(place + 1).copied());
-        // After the last pulse, or the last one before a pause, the period ends after the median period; half a sample
-        // allows for rounding.
+        // The period of the last pulse, or of the last one before a pause, is taken to be the median period; half a
+        // sample allows for rounding.
         let interval = times[*begin] - times[begin - 1];
         let end = next
             .filter(|next| times[*next] - from <= 1.5 * period)
@@ -505,7 +507,8 @@ pub fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> 
         let value = if is_cut_off { means[begin - 1] } else { mean };
         means[*begin..end].fill(value);
     }
-    // A record that begins within a period contains only its remainder, unless it begins with a pause.
+    // If the record begins within a period, only the remainder of that period is recorded: use the mean of the next
+    // one. A longer time before the first pulse is a pause.
     if times[begins[0]] - times[0] <= 1.5 * period {
         let first = means[begins[0]];
         means[..begins[0]].fill(first);
@@ -529,14 +532,14 @@ fn parabola(values: &[f64], at: usize, reach: usize) -> f64 {
     neighbours.map(|(place, value)| weight(place as f64 - reach as f64) * value).sum()
 }
 
-/// Returns the median change from sample to sample, which is due to noise.
+/// Returns the median absolute change from sample to sample: a measure of the noise, since steps are rare.
 fn typical_change(values: &[f64]) -> f64 {
     let mut changes: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     median(&mut changes)
 }
 
 /// Returns the standard deviation of the noise, estimated from the difference between each sample and the mean of its
-/// neighbours, if all three are known.
+/// two neighbours. Triples with a missing value are ignored.
 pub(crate) fn noise(values: &[f64]) -> f64 {
     let bends = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
     let mut bends: Vec<f64> = bends.filter(|bend| bend.is_finite()).collect();
