@@ -1,8 +1,8 @@
 //! CSV files as plants, recorders and spreadsheets write them, read as columns of numbers.
 //!
 //! The separator (comma, semicolon, tab), the decimal sign (point or comma), units in the header (`PV [degC]`) and the
-//! format of the time (seconds, milliseconds, date and time of day) are detected. An ambiguity causes an error or a
-//! remark.
+//! format of the time (seconds, milliseconds, date and time of day) are detected. If they are ambiguous, there is an
+//! error or a remark.
 
 mod clock;
 pub mod names;
@@ -27,15 +27,15 @@ const MOST_COLUMNS: usize = 20_000;
 /// The maximum length in bytes of a sampled line.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// The recognized headers of a column with the names of loops, in lower case.
+/// The headers by which a column with the names of loops is recognized, in lower case.
 pub const LOOP_NAMES: [&str; 3] = ["loop", "name", "tag"];
 
-/// The meaning of the rows of a file.
+/// What each row of a file represents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum RowsAre {
-    /// Consecutive calls of a block.
+    /// A call of a block; the rows are in chronological order.
     Calls,
-    /// Control loops. A column named like a variable must have a number in each row.
+    /// A control loop. A column named like a variable must have a number in each row.
     Loops,
 }
 
@@ -45,7 +45,7 @@ pub struct Fault {
     line: usize,
     /// The 1-based column number and the name; `None` if the error concerns the whole line.
     column: Option<(usize, String)>,
-    /// The message that follows "line 3" or "line 3, column 2 (PV):".
+    /// The message after "line 3" or "line 3, column 2 (PV):".
     text: String,
 }
 
@@ -76,8 +76,8 @@ impl Error for Fault {}
 /// A recorded table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CsvTable {
-    /// The columns in the order of the file. Text columns are left out; a date column is merged into the column with
-    /// the time of day.
+    /// The columns in the order of the file. Text columns are left out. If dates and times of day are in separate
+    /// columns, the dates are merged into the column of times.
     pub columns: Vec<Column>,
     /// The 1-based line number of each row in the file.
     pub lines: Vec<usize>,
@@ -98,13 +98,13 @@ pub struct Column {
     pub unit: Option<String>,
     /// The values, one per row; TRUE and ON are 1. A missing value is NaN.
     pub values: Vec<f64>,
-    /// Whether the values were written as dates or times of day; they are then seconds after the first row.
+    /// Whether the values were written as dates or times of day; `values` then holds seconds after the first row.
     pub is_clock: bool,
     /// Whether the values were written as words, such as TRUE and FALSE.
     pub is_boolean: bool,
-    /// The maximum number of decimal places.
+    /// The largest number of decimal places in a value.
     pub decimals: i32,
-    /// The maximum number of significant digits.
+    /// The largest number of significant digits in a value.
     pub digits: i32,
 }
 
@@ -139,9 +139,10 @@ impl Column {
 pub struct Times {
     /// The seconds, which never decrease. Dates are converted to seconds after the first row.
     pub seconds: Vec<f64>,
-    /// Whether the file states the unit; otherwise, it was guessed from the size of the steps.
+    /// Whether the unit is stated in the header or evident from the values; otherwise, it was guessed from the size of
+    /// the steps.
     pub is_unit_known: bool,
-    /// A sentence that states the guess.
+    /// A sentence that states the guessed unit, if it is not seconds.
     pub remark: Option<String>,
 }
 
@@ -149,7 +150,7 @@ impl CsvTable {
     /// Parses a file's text.
     ///
     /// # Errors
-    /// The text is malformed; the message gives line and column, and the remedy.
+    /// The text is malformed; the message states the line, where possible the column, and the remedy.
     pub fn read(text: &str) -> Result<CsvTable> {
         Layout::new(text, RowsAre::Calls)?.read()
     }
@@ -182,14 +183,15 @@ impl CsvTable {
         position(&written).or_else(|| position(&equal)).or_else(|| position(&alike))
     }
 
-    /// Returns the column for the first of these names that exists in the table.
+    /// Returns the column for the first of these names, in upper case, that is the [short name](names::short_name) of a
+    /// column.
     pub fn called(&self, names: &[&str]) -> Option<&Column> {
         let short: Vec<String> = self.columns.iter().map(|column| names::short_name(&column.name)).collect();
         let place = names.iter().find_map(|name| short.iter().position(|short| short == name))?;
         Some(&self.columns[place])
     }
 
-    /// Returns the column with this name.
+    /// Returns the column with this name, as in [`CsvTable::find`].
     ///
     /// # Errors
     /// No column has this name; the message lists the existing ones.
@@ -243,7 +245,7 @@ impl CsvTable {
     }
 }
 
-/// Returns the names of the loops in a table with one row per loop; `None` if it has no column for them.
+/// Returns the names of the loops in a table with one row per loop; `None` if the table has no column for names.
 ///
 /// # Errors
 /// The text is not a CSV file.
@@ -297,7 +299,7 @@ impl<'a> Layout<'a> {
             );
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        // A binary file is rejected before anything is parsed. DOS ends a text file with U+001A.
+        // Reject a binary file before parsing anything. U+001A is allowed because DOS text files end with it.
         let is_binary = |c: &char| c.is_control() && !c.is_whitespace() && *c != '\u{1a}';
         if let Some(found) = text.chars().take(LONGEST_LINE).find(is_binary) {
             bail!("the file is not text: it contains the character {found:?}; export the recording as CSV");
@@ -373,15 +375,15 @@ impl<'a> Layout<'a> {
         Ok(Layout { text: rest, line, separator, rows_are, header, skip })
     }
 
-    /// Calls a function for each row after the header, with its line.
+    /// Calls a function with the line number and the record of each non-empty row after the header.
     fn each(&self, mut row: impl FnMut(usize, &::csv::StringRecord) -> Result<()>) -> Result<()> {
         let mut reader = reader(self.text, self.separator);
         let mut record = ::csv::StringRecord::new();
         let mut number = 0;
         let (mut counted, mut line) = (0, 0);
         while reader.read_record(&mut record)? {
-            // A record begins after the line ends that the reader left before it: the second half of a CR LF, and empty
-            // lines.
+            // The reported position may be before the record: the reader has not consumed the LF of a preceding CR LF,
+            // or empty lines.
             let rest = record.position().map_or(counted, |position| position.byte() as usize);
             let begin = rest + self.text[rest..].find(|c| !matches!(c, '\r' | '\n')).unwrap_or_default();
             line += self.text[counted..begin].matches('\n').count();
@@ -436,7 +438,8 @@ impl<'a> Layout<'a> {
         })?;
         let mut table = CsvTable { columns: Vec::new(), lines, remarks: Vec::new() };
         if let Some((line, found)) = short {
-            // A recording may be cut off where the recorder was switched off, but a list of loops may not.
+            // The last row of a recording may be incomplete because the recorder was switched off, but that of a list
+            // of loops may not.
             if self.rows_are == RowsAre::Loops {
                 bail!(incomplete(line, found));
             }
@@ -450,7 +453,7 @@ impl<'a> Layout<'a> {
         if self.rows_are == RowsAre::Calls {
             clock::join(&mut columns);
         }
-        // Remarks on columns with loop names are discarded: such a column contains text, but is used.
+        // The remark that a column of loop names contains text and is ignored is discarded: such a column is used.
         let mut names = Vec::new();
         for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
             let is_variable = self.rows_are == RowsAre::Loops && is_variable(&header.name);
@@ -488,7 +491,7 @@ impl Header {
         LOOP_NAMES.contains(&self.name.trim().to_lowercase().as_str())
     }
 
-    /// Parses the header of a column; `number` is its index.
+    /// Parses the header of a column; `number` is the column's index, counted from 0.
     fn new(cell: &str, number: usize) -> Header {
         let cell = cell.trim();
         let header = |name: &str, unit: Option<&str>| Header {
@@ -516,14 +519,14 @@ impl Header {
     }
 }
 
-/// The cells of a column that have been read so far.
+/// The contents of a column, up to the row read last.
 #[derive(Default)]
 pub struct Cells {
     values: Vec<f64>,
     /// The dates and times of day: one per value, or empty.
     stamps: Vec<clock::Stamp>,
-    /// The numbers of cells by kind: numbers, including words for true and false and TIME literals; only the words;
-    /// only the literals; dates; and anything else.
+    /// The number of cells of each kind. `numbers` includes `words` (for true and false) and `literals` (of type TIME);
+    /// `dates` includes times of day; `texts` counts all other cells that are not missing values.
     numbers: usize,
     words: usize,
     literals: usize,
@@ -570,7 +573,7 @@ impl Cells {
         self.values.push(value);
     }
 
-    /// Converts the cells into the column of a variable, which has a number for each of the `lines`.
+    /// Converts the cells into the column of a variable, which must have a number in each of the `lines`.
     fn of_variable(self, number: usize, header: Header, lines: &[usize]) -> Result<Column> {
         let wrong = |line: usize, text: String| Fault { line, column: Some((number + 1, header.name.clone())), text };
         if let Some((line, text)) = &self.text {
@@ -590,7 +593,8 @@ impl Cells {
         column.context("a column of numbers has them")
     }
 
-    /// Converts the cells into a column; returns `None` if they contain no numbers.
+    /// Converts the cells into a column; `None` if they are to be left out: texts, dates merged into another column, or
+    /// empty cells under a header without a unit.
     fn column(mut self, number: usize, header: Header, remarks: &mut Vec<String>) -> Result<Option<Column>> {
         let name = header.name;
         if self.is_merged || (header.unit.is_none() && self.numbers + self.dates + self.texts == 0) {
@@ -638,23 +642,24 @@ impl RowsAre {
     }
 }
 
-/// Whether a column is named like a variable, `FMU.VARIABLE`; "Descr. 1" is not.
+/// Whether a column is named like a variable, `FMU.VARIABLE`; the name "Descr. 1" is not.
 fn is_variable(name: &str) -> bool {
     name.split_once('.').is_some_and(|(fmu, own)| !fmu.is_empty() && !own.is_empty())
         && !name.contains(char::is_whitespace)
 }
 
-/// Whether a cell below a header may be a unit in a table of loops: a row with a name or a damaged number is a loop.
+/// Whether a cell below a header may belong to a row of units in a table of loops; a row with a loop's name or with
+/// anything that begins with a digit is a loop.
 fn is_unit_of_loops((header, cell): (&Header, &String)) -> bool {
     if is_variable(&header.name) { !cell.starts_with(|letter: char| letter.is_ascii_digit()) } else { cell.is_empty() }
 }
 
-/// Whether a header cell is a name: it contains a letter and is not a value.
+/// Whether a header cell is a name: it contains a letter and is neither a number, a word for true or false, nor a date.
 fn is_name(cell: &str) -> bool {
     cell.chars().any(char::is_alphabetic) && !number::is_value(cell) && clock::parse(cell, false).is_none()
 }
 
-/// Detects the separator: the one that splits the first lines into the same number of fields, more than one.
+/// Detects the separator: the one that splits most of the first lines into the same number of fields, at least two.
 fn separator(text: &str) -> u8 {
     let rated = [b';', b'\t', b',', b'|'].map(|separator| {
         let widths: Vec<usize> =
@@ -664,12 +669,13 @@ fn separator(text: &str) -> u8 {
         let share = if usual > 1 { 100 * equal / widths.len().max(1) } else { 0 };
         (share, separator)
     });
-    // The first of several nearly equal candidates; a decimal comma may result in more fields.
+    // Take the first of several nearly equal candidates, since splitting at a decimal comma may also yield equal
+    // numbers of fields.
     let best = rated.iter().map(|(share, _)| *share).max().unwrap_or(0);
     rated.iter().find(|(share, _)| *share > 0 && *share + 10 >= best).map_or(b',', |(_, separator)| *separator)
 }
 
-/// Returns the most frequent width.
+/// Returns the most frequent width, the larger one if two are equally frequent; 0 if there are none.
 fn usual(widths: &[usize]) -> usize {
     let count = |width: usize| widths.iter().filter(|other| **other == width).count();
     widths.iter().copied().max_by_key(|width| (count(*width), *width)).unwrap_or(0)

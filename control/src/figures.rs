@@ -1,5 +1,5 @@
-//! Figures of a loop: how fast, how far, how much. [`FIGURES`] defines each of them once, for the parameter tool, its
-//! report, studies, the command and Python.
+//! Figures of a loop, such as settling time, overshoot and travel. [`FIGURES`] defines each of them once, for the
+//! parameter tool, its report, studies, the command and Python.
 //!
 //! A figure describes one event of a run: a setpoint step or a disturbance. The *window* of an event ends at the next
 //! setpoint change, disturbance, or change between manual and automatic mode. A step begins in the
@@ -7,10 +7,10 @@
 //! the first of them. A run that begins far from its setpoint begins with a step, in the first call with a process
 //! value computed by the plant.
 //!
-//! The *step* goes from the process value in that call, on which the new setpoint has had no effect yet, to the last
-//! setpoint of the window. *Rise*, *overshoot* and *settling* refer to it; *rise* interpolates between two calls. The
-//! integrals are sums over the calls, each weighted with the time to the next call; the last call of a run is taken to
-//! last as long as the one before it.
+//! The *step* goes from the process value in the first call of the window, which the new setpoint has not affected yet,
+//! to the last setpoint of the window. *Rise*, *overshoot* and *settling* refer to it; *rise* interpolates between two
+//! calls. The integrals are sums over the calls, each weighted with the time to the next call; for the last call of a
+//! run, the time since the previous one is used.
 
 mod events;
 
@@ -22,27 +22,27 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Half the width of the band in which the process value counts as settled, relative to the step; after a disturbance,
-/// relative to the step before it.
+/// relative to the last step before the disturbance.
 pub const BAND: f64 = 0.02;
 /// The minimum time that the process value must stay in the band, relative to the time since the step; otherwise, it
 /// may just be crossing the band.
 const STAY: f64 = 0.1;
-/// The end of the message that states why a figure is absent.
+/// The end of a reason for a missing figure, after the name of the signal.
 const NOT_FINITE: &str = "is NaN in some calls";
 
 /// The reason given if the setpoint does not change.
 const NO_CHANGE: &str = "the setpoint does not change in this part of the run";
 
-/// A figure of a loop. Lower is better.
+/// A figure of a loop. A lower value is better.
 #[derive(Debug)]
 pub struct Figure {
-    /// The name, used everywhere: `settling`.
+    /// The identifier in files and commands, such as `settling`.
     pub key: &'static str,
-    /// The title: `Settling time`.
+    /// The title, such as `Settling time`.
     pub title: &'static str,
     /// A short definition.
     pub meaning: &'static str,
-    /// Its unit.
+    /// The unit.
     pub unit: Unit,
     /// The usual reason why a run lacks the figure.
     pub absent: &'static str,
@@ -54,7 +54,7 @@ pub struct Figure {
 /// A figure's unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// No unit: a number of events.
+    /// No unit: a count.
     One,
     /// Seconds.
     Seconds,
@@ -198,7 +198,7 @@ const NO_DISTURBANCE: &str = "nothing disturbs the loop in this part of the run"
 const NO_CALL: &str = "this part of the run contains no calls";
 const NO_DEVIATION: &str = "the setpoint or the process value is NaN in some calls";
 
-/// Returns the figure with this name.
+/// Returns the figure with this key.
 pub fn find(key: &str) -> Option<&'static Figure> {
     FIGURES.into_iter().find(|figure| figure.key == key)
 }
@@ -207,15 +207,15 @@ impl Figure {
     /// Computes the figure.
     ///
     /// # Errors
-    /// The run lacks this figure; the error is the reason, as the end of a sentence.
+    /// The figure cannot be computed for this window; the error is the reason, without an initial capital or a period.
     pub fn value(&self, window: &Window) -> Result<f64, String> {
         if window.calls.is_empty() { Err(NO_CALL.into()) } else { (self.of)(window) }
     }
 }
 
 impl Unit {
-    /// Formats the unit, given the units of the process value and of the manipulated value. Differences of degC are in
-    /// K. An integral of values without a unit has no unit.
+    /// Formats the unit, given the units of the process value and the manipulated value. Temperature differences in
+    /// degC are in K. An integral over values without a unit has no unit.
     pub fn text(self, process_value: Option<&str>, manipulated_value: Option<&str>) -> Option<String> {
         let process_value =
             process_value.map(|unit| if unit == "degC" { "K" } else { unit }).filter(|unit| *unit != "1");
@@ -240,11 +240,12 @@ fn squared(unit: &str) -> String {
 /// The part of a run to evaluate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Span {
-    /// The beginning in seconds; by default that of the last step.
+    /// The beginning of the part in seconds; by default, that of the last step's window.
     pub from: Option<f64>,
-    /// The end in seconds; by default that of the last step, or the last call if a beginning is given.
+    /// The end of the part in seconds; by default, that of the last step's window, or the last call if `from` is given.
     pub to: Option<f64>,
-    /// The start and end values of the step, if they are known: the step then begins with the first call.
+    /// The process value before the step and the setpoint after it, if they are known: the step then begins with the
+    /// first call.
     pub step: Option<(f64, f64)>,
 }
 
@@ -257,26 +258,26 @@ pub struct Signals<'a> {
     pub setpoint: &'a [f64],
     /// The process value in the setpoint's unit.
     pub process_value: &'a [f64],
-    /// The manipulated value; empty if the controller drives the plant by pulses, because the travel of their mean is
-    /// meaningless.
+    /// The manipulated value; empty if the controller drives the plant by pulses, because the travel of the pulses'
+    /// mean is meaningless.
     pub manipulated_value: &'a [f64],
-    /// The pulse outputs; may be empty.
+    /// One signal per pulse output; empty if there are none.
     pub pulses: &'a [Vec<bool>],
-    /// Whether the controller is in manual mode; empty if it never is. A setpoint changed in manual mode becomes a step
-    /// when automatic mode begins.
+    /// Whether the controller is in manual mode in each call; empty if it never is. A setpoint changed in manual mode
+    /// becomes a step when automatic mode begins.
     pub manual: &'a [bool],
     /// The disturbances, with their times.
     pub disturbances: &'a [Set],
-    /// The first row that holds outputs of a call: 1 where members run in parallel, because their first row holds the
-    /// outputs before the first call.
+    /// The first row that holds outputs of a call: 1 if the members run in parallel, because the first row then holds
+    /// their outputs before the first call.
     pub first: usize,
-    /// Whether the run began before the first recorded call.
+    /// Whether the beginning of the run is not recorded.
     pub is_cut: bool,
     /// The unit of the manipulated value, for messages.
     pub travel_unit: Option<&'a str>,
 }
 
-/// A part of a run. Signals are evaluated up to the end of the shortest one.
+/// A part of a run. Signals are evaluated up to the end of the shortest of times, setpoint and process value.
 #[derive(Debug)]
 pub struct Window<'a> {
     signals: Signals<'a>,
@@ -286,26 +287,26 @@ pub struct Window<'a> {
     deviation: Result<Deviation, String>,
     /// The response to the disturbance, if there is one.
     disturbed: Option<Disturbed>,
-    /// Whether the window has figures of a step.
+    /// Whether the figures other than those of the disturbance apply.
     has_step: bool,
 }
 
-/// The event that a window belongs to.
+/// The event that begins a window.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Happened {
     /// Its cause.
     pub cause: Cause,
-    /// The process value when it began.
+    /// The process value in its first call.
     pub from: f64,
-    /// The setpoint at its end.
+    /// The setpoint in its last call.
     pub to: f64,
-    /// Its time, in seconds.
+    /// When it began, in seconds.
     pub start: f64,
     /// The length of its window, in seconds.
     pub duration: f64,
-    /// Half the width of the band around the setpoint in which the process value counts as settled or recovered, in
-    /// its unit; absent after a disturbance with no step before it.
+    /// Half the width of the band around the setpoint in which the process value counts as settled or recovered, in the
+    /// unit of the process value; absent for a disturbance with no step before it.
     pub band: Option<f64>,
     /// The variables that disturbed the loop, each with its last value.
     pub by: Vec<Set>,
@@ -334,7 +335,7 @@ struct Deviation {
 #[derive(Debug)]
 struct Disturbed {
     calls: Range<usize>,
-    /// Half the width of the band in which the loop has recovered.
+    /// Half the width of the band in which the loop counts as recovered; `None` if unknown.
     half: Option<f64>,
     deviation: Result<Deviation, String>,
     recovery: Result<f64, String>,
@@ -351,23 +352,23 @@ struct Step<'a> {
     setpoint: f64,
     /// The signed height of the step.
     height: f64,
-    /// The completed fraction of the step in each call, from 0 to 1.
+    /// The completed fraction of the step in each call: 0 at the start, 1 at the setpoint.
     done: Vec<f64>,
-    /// The overshoot beyond the setpoint as a fraction of the step.
+    /// The overshoot as a fraction of the step.
     beyond: f64,
     is_ramp: bool,
 }
 
 impl<'a> Window<'a> {
-    /// Returns the window of a recorded loop: by default that of its last step. It includes the figures of the last
-    /// disturbance.
+    /// Returns the window of the given part of a recorded loop, by default that of its last step. Its figures include
+    /// those of the last disturbance.
     pub fn measure(signals: Signals<'a>, span: &Span) -> Window<'a> {
         let count = signals.count();
         let times = &signals.times[..count];
         let end = span.to.map_or(count, |to| times.partition_point(|time| *time <= to));
         let mut events = signals.events(end);
         if span.step.is_some() {
-            // The rows begin with the given step, so no other step before a disturbance ends its window.
+            // The rows begin with the given step, which replaces all others: only a disturbance ends its window.
             events.retain(|event| !event.is_step());
             let until = events.first().map_or(end, |event| event.calls.start);
             events.insert(0, Event { cause: Cause::Setpoint, calls: 0..until });
@@ -386,7 +387,8 @@ impl<'a> Window<'a> {
         Window::new(signals, calls, step, disturbance.map(|at| events.split_at(at)), span.step)
     }
 
-    /// Returns the windows of all steps and disturbances in chronological order, each with only its own figures.
+    /// Returns the windows of all steps and disturbances in chronological order, each with only the figures of its own
+    /// event.
     pub fn of_events(signals: Signals<'a>) -> Vec<Window<'a>> {
         let events = signals.events(signals.count());
         let window = |(at, event): (usize, &Event)| {
@@ -402,7 +404,7 @@ impl<'a> Window<'a> {
     }
 
     /// Returns the window of a disturbance that begins in the call `from`, up to the end of the run. `half` is half the
-    /// width of the band in which the loop has recovered, in the unit of the process value.
+    /// width of the band in which the loop counts as recovered, in the unit of the process value.
     pub fn of_disturbance(signals: Signals<'a>, from: usize, half: f64) -> Window<'a> {
         let calls = from..signals.count();
         let disturbed = Disturbed::new(&signals, calls.clone(), Ok(half));
@@ -468,7 +470,7 @@ impl<'a> Window<'a> {
         Some(Band { times, low: step.setpoint - half, high: step.setpoint + half })
     }
 
-    /// Returns the figures that can be computed from the signals.
+    /// Returns the figures that apply to the window's event and signals.
     pub fn figures(&self) -> impl Iterator<Item = &'static Figure> {
         let has_step = self.has_step;
         let given = LoopSignals {
@@ -479,7 +481,8 @@ impl<'a> Window<'a> {
         applicable(given).filter(move |figure| has_step || figure.needs == Needs::Disturbance)
     }
 
-    /// Returns remarks on these figures, one sentence each: which of them are absent and why.
+    /// Returns remarks on these figures, one sentence each: whether the setpoint is a ramp, and which figures are
+    /// missing and why.
     pub fn remarks(&self, figures: &[&Figure]) -> Vec<String> {
         if self.calls.is_empty() {
             return vec![NO_CALL.into()];
@@ -537,7 +540,7 @@ impl<'a> Window<'a> {
     }
 
     fn pulses(&self) -> Result<f64, String> {
-        // The outputs are FALSE before the first call of a run.
+        // Pulse outputs are FALSE before the first call of a run.
         let begins = |pulse: &Vec<bool>| {
             let calls = self.calls.start..self.calls.end.min(pulse.len());
             calls.filter(|call| pulse[*call] && !(*call > 0 && pulse[call - 1])).count() as f64
@@ -545,8 +548,8 @@ impl<'a> Window<'a> {
         Ok(self.signals.pulses.iter().map(begins).sum())
     }
 
-    /// Returns the final manipulated value and the time since which it has been constant, if it was constant over the
-    /// last tenth of the response.
+    /// Returns the last manipulated value and the time since when it has been constant, if that is at least the last
+    /// tenth of the response.
     fn standstill(&self, step: f64) -> Option<(f64, f64)> {
         let first = self.signals.times.partition_point(|time| *time < step);
         let values = self.signals.manipulated_value.get(first..self.calls.end)?;
@@ -562,7 +565,7 @@ impl<'a> Window<'a> {
 /// The signals of a loop other than setpoint and process value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoopSignals {
-    /// Whether there is a manipulated value that is not just the mean of pulses.
+    /// Whether there is a manipulated value and it is not just the mean of pulses.
     pub manipulated_value: bool,
     /// Whether there are pulse outputs.
     pub pulses: bool,
@@ -595,7 +598,8 @@ impl Signals<'_> {
 }
 
 impl Disturbed {
-    /// Evaluates the response in these calls; the loop has recovered within `half` of the setpoint.
+    /// Evaluates the response in these calls; the loop has recovered once the process value stays within `half` of the
+    /// setpoint.
     fn new(signals: &Signals, calls: Range<usize>, half: Result<f64, String>) -> Disturbed {
         let recovery = half.clone().and_then(|half| Disturbed::recovery(signals, &calls, half));
         Disturbed { deviation: Deviation::new(signals, calls.clone()), recovery, half: half.ok(), calls }
@@ -636,7 +640,7 @@ impl Deviation {
     }
 }
 
-/// Returns the time from a call to the next one; the last call is taken to last as long as the one before it.
+/// Returns the time from a call to the next one; for the last call, the time since the previous one.
 fn duration(times: &[f64], call: usize) -> f64 {
     match (times.get(call + 1), call.checked_sub(1)) {
         (Some(next), _) => next - times[call],
@@ -646,7 +650,7 @@ fn duration(times: &[f64], call: usize) -> f64 {
 }
 
 impl<'a> Step<'a> {
-    /// Returns the step of an event; `given` replaces its start and end values.
+    /// Returns the step of an event; `given` replaces the process value before the step and the setpoint after it.
     fn new(signals: &Signals<'a>, event: &Event, given: Option<(f64, f64)>) -> Result<Step<'a>, String> {
         let Event { cause, calls } = event.clone();
         if calls.is_empty() {
@@ -699,8 +703,8 @@ impl<'a> Step<'a> {
         }
     }
 
-    /// Returns the time in seconds after the step from which the process value stays in the band, or the reason why it
-    /// does not.
+    /// Returns the time in seconds from the step until the process value stays in the band, or the reason why it does
+    /// not.
     fn settling(&self) -> Result<f64, String> {
         let (times, done) = (self.times, &self.done);
         let percent = BAND * 100.0;

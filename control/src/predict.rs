@@ -1,15 +1,15 @@
 //! The simulated loop: the real block with a plant model, after a setpoint step.
 //!
-//! The block is called as in a run of the tool: every CYCLE, before the plant, which then advances by one CYCLE with
+//! The block is called as in a run of the tool: once per CYCLE, before the plant, which then advances by one CYCLE with
 //! the manipulated value held. First, the loop is brought to steady state in manual mode. If the block has a manual
 //! value, it is 50 % unless the user specifies another; the plant starts in steady state with the resulting output of
 //! the block. Then the controller is switched to automatic mode, and the setpoint steps. By default, the step is 10 %
-//! times the plant's gain, so that the manipulated value finally moves by 10 %. For an integrating plant, it is 10 %
-//! divided by GAIN, so that the manipulated value initially moves by 10 %.
+//! times the plant's gain, so that the manipulated value has moved by 10 % in the new steady state. For an integrating
+//! plant, it is 10 % divided by GAIN, so that the manipulated value initially moves by 10 %. The target is rounded.
 //!
-//! After a load, the loop has recovered once it stays in the same band as in a run, which depends on the run's last
-//! step and is part of the request. Without a run, the band is that of the default step, so that the size of the
-//! predicted step does not affect the figures of a load.
+//! After a load, the loop has recovered once the process value stays within a band around the setpoint. The request
+//! specifies the band, which after a run depends on the run's last step; by default, the band is that of the default
+//! step, so that the size of the predicted step does not affect the figures of a load.
 //!
 //! The rows are those of a run of the loop. If all members run in parallel, a row holds the controller's output of the
 //! previous call next to the setpoint of the current one: a run of this loop lags by one call, and so does the
@@ -43,16 +43,17 @@ const STEP: f64 = 10.0;
 const LOAD: f64 = 10.0;
 /// The maximum number of calls to simulate.
 const MOST_CALLS: usize = 200_000;
-/// The factors by which the simulated time is extended in turn until the loop has settled.
+/// The factors by which the simulated time is extended, tried in this order until the loop settles.
 const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];
-/// Extensions up to this factor are always allowed; longer ones only if the plant itself is slower.
+/// Extensions up to this factor are always tried; longer ones only if the plant itself takes that long.
 const SURELY_LONGER: usize = 4;
-/// A manipulated value that is the same in more than this fraction of the later calls is at a limit.
+/// A manipulated value that equals its last value in more than this fraction of the calls in the second half is at a
+/// limit.
 const STAYS: f64 = 0.9;
-/// All calls up to this number before and after the step are shown; of the later calls, at most four times this
-/// number.
+/// Up to this many calls before the step and as many after it are shown; of the later calls, at most four times as
+/// many.
 const ALL_SHOWN: usize = 200;
-/// The names of the two members.
+/// The names of the two members of the simulated loop.
 const CONTROLLER: &str = "CONTROLLER";
 const PROCESS: &str = "PROCESS";
 
@@ -78,16 +79,17 @@ struct Plant {
     process: Process,
     /// The process value in steady state.
     level: f64,
-    /// The scaling from a process value to a word of an analog input: word = (value - offset) / factor.
+    /// The factor and offset that convert a process value to a word of an analog input: word = (value - offset) /
+    /// factor.
     scaling: Option<(f64, f64)>,
     /// The time that a valve takes from stop to stop; `None` if the input acts on the model directly.
     motor_time: Option<f64>,
-    /// The time at which a load is added to the input, and its size.
+    /// The time from which a load is added to the input, in seconds, and its size in percent of the manipulated value.
     load: Option<(f64, f64)>,
-    /// The time until which the plant is kept in steady state, and the duration before it over which its input is
-    /// averaged.
+    /// The time in seconds until which the plant is kept in steady state, and the length of the interval before that
+    /// time over which its input is averaged.
     rest: (f64, f64),
-    /// The sum and the number of the inputs during that time.
+    /// The sum and the number of the inputs during that interval; their mean is the input in steady state.
     resting: (f64, f64),
     /// The values of all variables; true is 1.
     values: [f64; VARIABLES.len()],
@@ -188,11 +190,11 @@ fn description() -> Description {
     }
 }
 
-/// The times of the events, in calls.
+/// The call numbers of the events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Schedule {
     cycle: f64,
-    /// The first call in automatic mode, after which the plant responds.
+    /// The first call in automatic mode, from which the plant responds to its input.
     automatic: usize,
     /// The call with the new setpoint.
     step: usize,
@@ -253,7 +255,7 @@ impl Schedule {
     }
 }
 
-/// Remarks about a prediction for the user.
+/// What the user is told about a prediction.
 #[derive(Debug, Default)]
 pub struct Told {
     /// The remarks, one sentence each.
@@ -265,7 +267,7 @@ pub struct Told {
 /// Simulates the loop with these settings.
 ///
 /// # Errors
-/// The reason why the block cannot be simulated with a model.
+/// The block cannot be simulated with the model; the message states the reason.
 pub fn predict(
     home: &dyn Fmus,
     controller: &Controller,
@@ -294,9 +296,10 @@ pub fn predict(
     Ok((predicted, told))
 }
 
-/// Evaluates the loop over the usual time or, if it has not settled by then, over the first longer time within which it
-/// settles. A calm loop takes longer after a load than after a setpoint step, a fast loop whose manipulated value
-/// is at its limit takes as long as its plant, and an oscillating loop never settles.
+/// Evaluates the loop over the usual time or, if it has not settled by then, over the first of the longer times
+/// ([`LONGER`]) within which it settles; over the usual time if it settles within none of them. A calm loop takes
+/// longer after a load than after a setpoint step, a fast loop whose manipulated value is at its limit takes as long as
+/// its plant, and an oscillating loop never does.
 fn resting<'a, T>(
     request: &TuneRequest,
     simulate: impl Fn(usize) -> Result<Simulation<'a>>,
@@ -328,15 +331,15 @@ fn resting<'a, T>(
 pub struct Forecast {
     /// The process value in each call since the step.
     pub process_value: Vec<f64>,
-    /// The manipulated value in these calls; empty where pulses drive the plant.
+    /// The manipulated value in these calls; empty if pulses drive the plant.
     pub manipulated_value: Vec<f64>,
     /// The time between two calls in seconds.
     pub cycle: f64,
-    /// The figures that exist, by key.
+    /// The figures that can be computed, by key.
     pub figures: Vec<(&'static str, f64)>,
 }
 
-/// Predicts a step over the time for which it was measured, in seconds, so that the figures are comparable.
+/// Predicts a step over `duration` seconds, the time for which it was measured, so that the figures are comparable.
 ///
 /// # Errors
 /// As in [`predict`].
@@ -362,7 +365,7 @@ pub fn forecast(
 }
 
 /// Predicts the figures of a disturbance, by key: a load of `size` at the plant's input, in the unit of the manipulated
-/// value, for the `duration`, in seconds, for which it acted in a run. The request specifies the recovery band.
+/// value, over `duration` seconds, the time for which it acted in a run. The request specifies the recovery band.
 ///
 /// # Errors
 /// As in [`predict`].
@@ -384,16 +387,16 @@ struct Simulation<'a> {
     controller: &'a Controller,
     schedule: Schedule,
     terminal: Terminal,
-    /// The plant without a load.
+    /// The plant, to which a load can be added.
     plant: Plant,
-    /// The loop without the step.
+    /// The loop, to which the setpoint step can be added.
     system: System,
     setpoint: &'a str,
     level: f64,
     height: f64,
-    /// The manual value at which the plant rests.
+    /// The manual value at which the plant is in steady state.
     manual: f64,
-    /// Half the width of the band in which the loop has recovered from a load.
+    /// Half the width of the band in which the loop counts as recovered from a load, in the unit of the process value.
     band: f64,
     /// When the predicted loop exchanges its values.
     exchange: Exchange,
@@ -483,8 +486,8 @@ impl<'a> Simulation<'a> {
         })
     }
 
-    /// Returns the sign of the load for which the manipulated value has more room to compensate: 1 if it must fall, -1
-    /// if it must rise.
+    /// Returns the sign of the load for which the manipulated value has more room to compensate: 1 (the manipulated
+    /// value must fall) or -1 (it must rise).
     fn roomier(&self) -> f64 {
         let Some((high, low)) = &self.controller.roles.limits else { return 1.0 };
         let [above, below] =
@@ -492,14 +495,14 @@ impl<'a> Simulation<'a> {
         if below >= above { 1.0 } else { -1.0 }
     }
 
-    /// Returns the rows of setpoint, process value and manipulated value with a load of this size at the time of the
-    /// step.
+    /// Returns the rows of setpoint, process value and manipulated value if, instead of the setpoint step, a load of
+    /// this size begins at that time.
     fn load(&self, size: f64) -> Result<Vec<[f64; 3]>> {
         let load = Some((self.schedule.time(self.schedule.step), size));
         self.rows(&self.system, Plant { load, ..self.plant.clone() })
     }
 
-    /// Returns the rows with the setpoint step.
+    /// Returns the rows of setpoint, process value and manipulated value with the setpoint step.
     fn step(&self) -> Result<Vec<[f64; 3]>> {
         let mut system = self.system.clone();
         let time = Some(self.schedule.time(self.schedule.step));
@@ -522,7 +525,7 @@ impl<'a> Simulation<'a> {
 }
 
 impl Load {
-    /// Evaluates a load step at a constant setpoint, with the figures that a run has after a disturbance.
+    /// Evaluates a load step at a constant setpoint; the figures are those of a disturbance in a run.
     fn new(rows: &[[f64; 3]], schedule: &Schedule, band: f64, size: f64) -> Load {
         let of = figures_after(rows, schedule, band);
         let figure = |key: &str| of.iter().find(|(name, _)| *name == key).map(|(_, value)| *value);
@@ -537,7 +540,7 @@ impl Load {
     }
 }
 
-/// Returns the figures of a disturbance at the time of the step, by key.
+/// Returns the figures of a disturbance that begins in the call of the step, by key.
 fn figures_after(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Vec<(&'static str, f64)> {
     let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
     let [setpoint, process_value] = [0, 1].map(|column| rows.iter().map(|row| row[column]).collect::<Vec<f64>>());
@@ -567,8 +570,8 @@ fn usual_height(request: &TuneRequest, gain: Option<&Value>) -> f64 {
     }
 }
 
-/// Adjusts the height of a step so that its target is rounded to the height's second significant digit: 7.9 above 50.13
-/// becomes 7.87, a step to 58.
+/// Adjusts the height of a step so that its target is a multiple of the height's second significant digit: a step of
+/// 7.9 from 50.13 becomes one of 7.87, to 58.
 fn to_round_target(level: f64, height: f64) -> f64 {
     let digit = 10f64.powf(height.abs().log10().floor() - 1.0);
     let target = ((level + height) / digit).round() * digit;
@@ -581,12 +584,12 @@ struct Terminal {
     name: String,
     /// Whether it is an analog input word.
     is_word: bool,
-    /// The switches required for it to take effect.
+    /// The switches that must be set for the block to use it, with their states.
     switches: Vec<(String, bool)>,
 }
 
 impl Terminal {
-    /// Finds the process value input in use; if that cannot be connected, the usual one, with its switches.
+    /// Finds the process value input in use; if none is, the first one, with the switches that make the block use it.
     fn new(controller: &Controller) -> Result<Terminal> {
         let peripheral = controller.roles.signals.iter().filter(|(meaning, _)| meaning.starts_with("process value"));
         let names = controller.roles.process_value.iter().chain(peripheral.map(|(_, name)| name));
@@ -606,7 +609,7 @@ impl Terminal {
         Ok(Terminal { name: (*name).clone(), is_word, switches })
     }
 
-    /// Returns a remark about switches set only for the simulation.
+    /// Returns a remark if switches are set only for the simulation.
     fn remark(&self) -> Option<String> {
         let state = |(name, is_on): &(String, bool)| format!("{name} = {}", if *is_on { "TRUE" } else { "FALSE" });
         let switches: Vec<String> = self.switches.iter().map(state).collect();
@@ -631,7 +634,7 @@ fn system(
     let mut all = controller.member.values.clone();
     all.extend(values.clone());
     all.extend(terminal.switches.iter().map(|(name, is_on)| (name.clone(), Value::Boolean(*is_on))));
-    // Outputs and connected variables are not settings.
+    // Outputs and the connected input are not settings.
     all.retain(|name, _| *name != terminal.name && controller.role(name) != Some(Role::Output));
     let mut events = Vec::new();
     if let Some((switch, value)) = &controller.roles.manual {
@@ -641,7 +644,7 @@ fn system(
         events.push(Setting { time: automatic, ..setting(switch, Value::Boolean(false)) });
     }
     if controller.is_step_controller() {
-        // The loop responds to the step in automatic mode, away from the stops.
+        // A step controller must be in automatic mode, with no end stop reported.
         let switches = controller.roles.manual_switch().into_iter().chain(controller.roles.stops());
         all.extend(switches.map(|name| (name.clone(), Value::Boolean(false))));
     }
@@ -684,7 +687,7 @@ fn simulate(plan: &Plan, components: Vec<Box<dyn Component>>) -> Result<Vec<[f64
     Ok(rows)
 }
 
-/// Returns the prediction that the page draws, beginning shortly before the step, and remarks on it.
+/// Returns the prediction to draw, beginning shortly before the step, and remarks on it.
 fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height: f64) -> (Predicted, Told) {
     let begin = schedule.automatic;
     let manipulated_value = averaged(rows, controller.period_in_calls(schedule.cycle)).split_off(begin);
@@ -697,7 +700,7 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
         times: &times,
         setpoint: &setpoint,
         process_value: &process_value,
-        // Pulses have no travel.
+        // No travel is computed for pulses.
         manipulated_value: if controller.roles.pulses.is_empty() { &manipulated_value } else { &[] },
         ..Signals::default()
     };
@@ -737,7 +740,7 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
     (predicted, Told { remarks, absent })
 }
 
-/// Returns the manipulated value averaged over the last `length` calls; over fewer at the beginning.
+/// Returns the moving average of the manipulated value over the last `length` calls; over fewer at the beginning.
 fn averaged(rows: &[[f64; 3]], length: usize) -> Vec<f64> {
     let mean = |end: usize| {
         let part = &rows[(end + 1).saturating_sub(length)..=end];
@@ -746,8 +749,8 @@ fn averaged(rows: &[[f64; 3]], length: usize) -> Vec<f64> {
     (0..rows.len()).map(mean).collect()
 }
 
-/// Returns a remark if the manipulated value stays at its extreme after the step: the loop is then slower than a linear
-/// one.
+/// Returns a remark if the manipulated value stays at its highest or lowest value for several calls after the step: it
+/// is then at a limit, and the loop is slower than a linear one.
 fn saturation(manipulated: &[f64], schedule: &Schedule, height: f64) -> Option<String> {
     let (low, high) = extremes(manipulated);
     let last = *manipulated.last()?;
@@ -767,7 +770,7 @@ fn saturation(manipulated: &[f64], schedule: &Schedule, height: f64) -> Option<S
     })
 }
 
-/// A single block, called directly.
+/// A single block, called outside a loop.
 struct Bench<'a> {
     component: Box<dyn Component>,
     controller: &'a Controller,
@@ -805,7 +808,7 @@ impl<'a> Bench<'a> {
         self.component.write(kind, &[reference], &[value])
     }
 
-    /// Calls the block and reads a variable.
+    /// Calls the block once and then reads a variable.
     fn call(&mut self, name: &str) -> Result<f64> {
         let cycle = self.controller.cycle();
         self.component.step(self.calls as f64 * cycle, cycle)?;
@@ -818,7 +821,7 @@ impl<'a> Bench<'a> {
 }
 
 /// Measures, in manual mode, the factor that the block applies to its manipulated value between the GAIN and the
-/// output; `None` if the block has no manual mode or outputs pulses.
+/// output; `None` if the block has no manual mode, outputs pulses, or its output does not respond.
 ///
 /// # Errors
 /// The FMU reports an error.
@@ -835,7 +838,7 @@ pub fn output_factor(home: &dyn Fmus, controller: &Controller) -> Result<Option<
         bench.set(manual, f64::from(percent))?;
         outputs.push(bench.call(output)?);
     }
-    // At a limit, nothing changes; next to it, the change may be only partial.
+    // At a limit, the output does not change; the change that reaches the limit may be smaller than the others.
     let mut changes: Vec<f64> =
         outputs.windows(2).map(|pair| pair[1] - pair[0]).filter(|change| change.abs() > 1e-9).collect();
     if changes.is_empty() {
@@ -848,7 +851,7 @@ pub fn output_factor(home: &dyn Fmus, controller: &Controller) -> Result<Option<
     Ok(Some(crate::tune::rounded(factor, 5)).filter(|factor| factor.is_finite() && *factor != 0.0))
 }
 
-/// Measures the scaling from an analog input word to the process value: factor per count, and offset.
+/// Measures the scaling from an analog input word to the process value. Returns the factor per count and the offset.
 fn word_scaling(home: &dyn Fmus, controller: &Controller, terminal: &Terminal) -> Result<(f64, f64)> {
     const COUNTS: f64 = 16384.0;
     let shown =
@@ -858,7 +861,7 @@ fn word_scaling(home: &dyn Fmus, controller: &Controller, terminal: &Terminal) -
         let switches = terminal.switches.iter().map(|(name, is_on)| (name.as_str(), f64::from(u8::from(*is_on))));
         let settings: Vec<(&str, f64)> = switches.chain([(terminal.name.as_str(), word)]).collect();
         let mut bench = Bench::new(home, controller, &settings)?;
-        // A block that runs its controller only in every n-th call updates the process value then.
+        // A block that runs its controller only in every n-th call updates the process value only in that call.
         (0..calls.max(1)).map(|_| bench.call(shown)).last().context("no call")?
     };
     let (zero, some) = (at(0.0)?, at(COUNTS)?);

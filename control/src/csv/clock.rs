@@ -84,13 +84,13 @@ fn date(text: &str, is_month_first: bool) -> Option<i64> {
     if !(1..=length).contains(&day) || !(1900..=2200).contains(&year) {
         return None;
     }
-    // With years that begin in March, the leap day is the last day of the year.
+    // Count years from March, so that the leap day is the last day of a year.
     let (from_march, year) = if month > 2 { (month - 3, year) } else { (month + 9, year - 1) };
     let before = (153 * from_march + 2) / 5 + day - 1;
     Some(365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + before - 719_468)
 }
 
-/// Parses a time of day into nanoseconds since midnight; a duration may exceed a day.
+/// Parses a time of day into nanoseconds since midnight, less its offset from UTC; a duration may exceed a day.
 fn clock(text: &str) -> Option<i64> {
     let upper = text.to_ascii_uppercase();
     let (text, afternoon) = match upper.trim_end().strip_suffix(['M']).and_then(|text| text.strip_suffix(['A', 'P'])) {
@@ -130,7 +130,7 @@ fn clock(text: &str) -> Option<i64> {
     Some(((hours * 60 + minutes) * 60 + seconds) * NANOSECONDS + fraction - offset)
 }
 
-/// Parses an offset from UTC: `+01:00`, `+0100`, `+01`.
+/// Parses an offset from UTC into nanoseconds: `+01:00`, `+0100`, `+01`.
 fn offset(text: &str) -> Option<i64> {
     let sign = if text.starts_with('-') { -1 } else { 1 };
     let digits: String = text[1..].chars().filter(|letter| *letter != ':').collect();
@@ -143,7 +143,7 @@ fn offset(text: &str) -> Option<i64> {
     Some(sign * (hours * 60 + minutes) * 60 * NANOSECONDS)
 }
 
-/// Merges a column of dates into the column with the times of day.
+/// Merges the first column of dates without times into the first column of times of day without dates, if both exist.
 pub(super) fn join(columns: &mut [Cells]) {
     let is = |cells: &Cells, has: fn(&Stamp) -> bool| cells.dates > 0 && cells.stamps.iter().any(has);
     let is_date = |cells: &Cells| is(cells, |stamp| stamp.day.is_some()) && !is(cells, |stamp| stamp.clock.is_some());
@@ -158,7 +158,8 @@ pub(super) fn join(columns: &mut [Cells]) {
     columns[date].is_merged = true;
 }
 
-/// Converts timestamps into seconds after the first row. Times of day without a date continue past midnight.
+/// Converts timestamps into seconds after the first row. Times of day without a date are assumed to pass midnight when
+/// they fall by more than half a day.
 pub(super) fn seconds(stamps: &[Stamp]) -> Vec<f64> {
     let is_dated = stamps.iter().any(|stamp| stamp.day.is_some());
     let (mut first, mut last, mut midnights) = (None, i64::MIN, 0);
@@ -201,7 +202,7 @@ pub(super) fn unit_of_name(name: &str) -> (String, Option<f64>) {
     }
 }
 
-/// Converts a column that never decreases into times in seconds.
+/// Converts a column whose values never decrease into times in seconds.
 pub(super) fn times(column: &Column) -> Times {
     if column.is_clock {
         return Times { seconds: column.values.clone(), is_unit_known: true, remark: None };
@@ -216,7 +217,7 @@ pub(super) fn times(column: &Column) -> Times {
     let is_whole = column.decimals <= 0;
     let (factor, is_absolute, guess) = match known {
         Some(factor) => (factor, first * factor > 1e8, None),
-        // Milliseconds or seconds since 1970, or days since 1900 as in spreadsheets.
+        // Without a unit, large values are milliseconds or seconds since 1970, or days since 1900 as in spreadsheets.
         None if first > 1e11 && first < 1e13 => (1e-3, true, Some("milliseconds since 1970")),
         None if first > 1e8 && first < 1e10 => (1.0, true, None),
         None if first > 20_000.0 && last < 80_000.0 && step < 0.5 && !is_whole => (86_400.0, true, Some("days")),
@@ -224,7 +225,8 @@ pub(super) fn times(column: &Column) -> Times {
         None => (1.0, false, None),
     };
     let origin = if is_absolute { first } else { 0.0 };
-    // Dividing 100 by 1000 yields the number nearest to 0.1; multiplying by 0.001 may not.
+    // Dividing by 1000 rounds correctly, so that 100 ms becomes the number nearest to 0.1; multiplying by 0.001 may
+    // not.
     let scaled = |value: f64| if factor < 1.0 { value / (1.0 / factor).round() } else { value * factor };
     let remark = guess.map(|unit| {
         format!(

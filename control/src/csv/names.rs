@@ -9,8 +9,8 @@ pub const MANIPULATED_VALUES: [&str; 8] = ["LMN", "MV", "OUT", "OUTPUT", "CO", "
 /// Names of the switch to manual mode.
 pub const MANUAL: [&str; 5] = ["MAN_ON", "MANUAL", "HAND", "MANUAL MODE", "MAN_MODE"];
 
-/// Returns the suffixes of a column name that may be the name of a variable, longest first: `PLC.TIC101.in_GAIN`,
-/// `TIC101.in_GAIN`, ..., `GAIN`.
+/// Returns the parts of a column name that may be the name of a variable, from the whole name to its last part:
+/// `PLC.TIC101.in_GAIN`, `TIC101.in_GAIN`, ..., `GAIN`.
 pub fn ends(name: &str) -> impl Iterator<Item = &str> {
     let is_separator = |letter: char| matches!(letter, '.' | '/' | '\\' | ':' | '|');
     let after = move |(at, letter): (usize, char)| is_separator(letter).then(|| &name[at + letter.len_utf8()..]);
@@ -18,7 +18,7 @@ pub fn ends(name: &str) -> impl Iterator<Item = &str> {
     all.map(|name| name.trim().trim_matches('"').trim())
 }
 
-/// Returns the shortest of these suffixes, in upper case.
+/// Returns the last part of a column name, see [`ends`], in upper case.
 pub fn short_name(name: &str) -> String {
     ends(name).last().unwrap_or_default().to_uppercase()
 }

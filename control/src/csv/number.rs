@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 pub(super) struct Style {
     /// Whether the decimal sign is a comma.
     is_comma: bool,
-    /// Whether 11/12/2026 is in November.
+    /// Whether the month comes first in a date with slashes: 11/12/2026 is in November.
     pub(super) is_month_first: bool,
 }
 
@@ -34,9 +34,10 @@ enum Sign {
     MaybeComma,
 }
 
-/// The line, column and text of the first number of each kind.
+/// What the cells read so far reveal about the format.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Found {
+    /// The line, column and text of the first number of each [`Sign`].
     signs: [Option<(usize, usize, String)>; 4],
     is_day_first: bool,
     is_month_first: bool,
@@ -63,7 +64,8 @@ impl Found {
         }
     }
 
-    /// Returns the format of the file, if it is unambiguous.
+    /// Returns the format of the file, or an error if decimal points and decimal commas are mixed. `name` returns the
+    /// name of a column.
     pub(super) fn style<'a>(&self, is_separated_by_comma: bool, name: impl Fn(usize) -> &'a str) -> Result<Style> {
         let [point, comma, maybe_point, maybe_comma] = &self.signs;
         let both = |a: &(usize, usize, String), b: &(usize, usize, String)| {
@@ -86,8 +88,8 @@ impl Found {
             (Some(_), None) => false,
             (None, None) => match (maybe_point, maybe_comma) {
                 (Some(point), Some(comma)) => bail!(both(point, comma)),
-                // In a file separated by commas, a comma within quotes is a thousands separator unless other cells show
-                // that it is not.
+                // In a file separated by commas, a quoted number such as 1,234 has a thousands separator unless other
+                // cells show a decimal comma.
                 (None, Some(_)) => !is_separated_by_comma,
                 _ => false,
             },
@@ -125,7 +127,7 @@ fn sign(cell: &str) -> Option<Sign> {
         (0, 1) if is_grouped(',') => Some(Sign::MaybeComma),
         (1, 0) => Some(Sign::Point),
         (0, 1) => Some(Sign::Comma),
-        // Several points are thousands separators, so the comma is the decimal sign.
+        // Several equal signs separate thousands, so the other one is the decimal sign.
         (_, 0) if is_grouped('.') => Some(Sign::Comma),
         (0, _) if is_grouped(',') => Some(Sign::Point),
         (1, _) if mantissa.find('.') > mantissa.rfind(',') => Some(Sign::Point),
@@ -179,7 +181,7 @@ impl Style {
 }
 
 impl Number {
-    /// Counts the digits of `text`, which has a decimal point.
+    /// Counts the digits and decimal places of `text`, in which the decimal sign is a point.
     fn new(value: f64, text: &str) -> Number {
         let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
         let exponent: i32 = exponent.parse().unwrap_or(0);

@@ -14,11 +14,11 @@ use std::ops::Range;
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Cause {
-    /// The start of the run, with a process value far from the setpoint.
+    /// The start of the run while the process value is far from the setpoint.
     Start,
     /// A setpoint change. One made in manual mode counts when automatic mode begins.
     Setpoint,
-    /// The change to automatic mode, with a process value far from the setpoint.
+    /// The change to automatic mode while the process value is far from the setpoint.
     Automatic,
     /// A disturbance of the loop.
     Disturbance,
@@ -38,10 +38,10 @@ impl Event {
     }
 }
 
-/// The wiring of a loop, which determines what counts as a disturbance. All variables are named `MEMBER.VARIABLE`.
+/// The wiring of a loop, which determines which variables disturb it. All variables are named `MEMBER.VARIABLE`.
 #[derive(Clone, Debug)]
 pub struct Wiring<'a> {
-    /// The setpoint.
+    /// The controller's setpoint.
     pub setpoint: String,
     /// The names of the members, the controller first.
     pub members: Vec<&'a str>,
@@ -59,14 +59,14 @@ pub struct Set {
     pub time: f64,
     /// `MEMBER.VARIABLE`
     pub variable: String,
-    /// The value; true is 1. `None` if another member replaced this one.
+    /// The value; true is 1. `None` if the member was replaced by another one.
     pub value: Option<f64>,
     /// The previous value, if it is known.
     pub before: Option<f64>,
 }
 
 impl Set {
-    /// Returns the values that a system sets during a run, in chronological order.
+    /// Returns the timed settings of a system, in chronological order.
     pub fn of_settings(settings: &[Setting]) -> Vec<Set> {
         let mut timed: Vec<(f64, &Setting)> = settings.iter().filter_map(|of| Some((of.time?, of))).collect();
         timed.sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -95,8 +95,8 @@ impl<'a> Wiring<'a> {
         self.members.iter().enumerate().filter_map(own).min_by_key(|(_, name)| name.len())
     }
 
-    /// Whether setting a variable disturbs the loop: it belongs neither to the member with the setpoint nor to those
-    /// that provide it, or the first member declares it as a disturbance.
+    /// Whether setting a variable disturbs the loop. A variable of the controller does so if the controller declares it
+    /// as a disturbance; a variable of another member, unless that member provides the setpoint.
     pub fn is_disturbance(&self, variable: &str) -> bool {
         let Some((member, name)) = self.owner(variable) else { return false };
         let is_of = |of: &str| self.owner(of).is_some_and(|(owner, _)| owner == member);
@@ -112,15 +112,16 @@ impl<'a> Wiring<'a> {
         }
     }
 
-    /// Returns the disturbances among the settings; setting a variable to its current value is not a disturbance.
+    /// Returns those of the settings that disturb the loop; setting a variable to its current value is not a
+    /// disturbance.
     pub fn disturbances(&self, set: impl IntoIterator<Item = Set>) -> Vec<Set> {
         let is_change =
             |set: &Set| (set.value.is_none() || set.before != set.value) && self.is_disturbance(&set.variable);
         set.into_iter().filter(is_change).collect()
     }
 
-    /// Returns the unit of the manipulated value: its own, or that of the input connected to it. `unit` looks up the
-    /// unit of a variable.
+    /// Returns the unit of the manipulated value: its own or, if it has none, that of an input connected to it. `unit`
+    /// looks up the unit of a variable.
     pub fn unit_of_manipulated_value(&self, unit: impl Fn(&str) -> Option<String>) -> Option<String> {
         let name = self.roles.first()?.as_ref()?.manipulated_value.as_ref()?;
         let own = format!("{}.{name}", self.members[0]);
@@ -128,15 +129,16 @@ impl<'a> Wiring<'a> {
         [own.as_str()].into_iter().chain(inputs).find_map(&unit)
     }
 
-    /// Returns the unit of the process value: its own, that of the setpoint, of the output connected to it, or of a
-    /// plant's process value. `unit` looks up the unit of a variable.
+    /// Returns the first unit found among those of the process value, the setpoint, the output connected to the process
+    /// value, and the plants' process values. `unit` looks up the unit of a variable.
     pub fn unit_of_process_value(&self, unit: impl Fn(&str) -> Option<String>) -> Option<String> {
         let roles = self.roles.first()?.as_ref()?;
         let full = |member: &str, name: &String| format!("{member}.{name}");
         let own = roles.compared_process_value().map(|name| full(self.members[0], name));
         let input = roles.process_value.as_ref().map(|name| full(self.members[0], name));
         let source = self.connections.iter().find(|(_, to)| Some(*to) == input.as_deref());
-        // The setpoint of a ramp generator has a different unit from the output of its drive.
+        // In a loop without a compared process value, such as a ramp generator with a drive, the two may have different
+        // units.
         let plants = self.members.iter().zip(&self.roles).skip(1).filter(|_| roles.compared_process_value().is_some());
         let given = plants.filter_map(|(member, roles)| Some(full(member, roles.as_ref()?.process_value.as_ref()?)));
         let named = own.into_iter().chain([self.setpoint.clone()]).chain(source.map(|(from, _)| from.to_string()));
@@ -144,14 +146,14 @@ impl<'a> Wiring<'a> {
     }
 }
 
-/// Returns the call before which a value is set.
+/// Returns the first call that uses a value: the one before which it is set.
 fn call_of(times: &[f64], set: &Set) -> usize {
-    // Times of calls have rounding errors.
+    // The times of calls have rounding errors.
     let slack = 1e-6 * duration(times, 0);
     times.partition_point(|of| *of < set.time - slack)
 }
 
-/// Returns the calls before which values are set, in order.
+/// Returns the calls before which values are set, in ascending order.
 fn calls_of(times: &[f64], set: &[Set]) -> Vec<usize> {
     let mut calls: Vec<usize> = set.iter().map(|set| call_of(times, set)).collect();
     calls.sort_unstable();
@@ -159,7 +161,7 @@ fn calls_of(times: &[f64], set: &[Set]) -> Vec<usize> {
 }
 
 impl Signals<'_> {
-    /// Returns the steps and disturbances before the call `end`.
+    /// Returns the steps and disturbances before the call `end`, in chronological order.
     pub(super) fn events(&self, end: usize) -> Vec<Event> {
         let (setpoint, value) = (&self.setpoint[..end], &self.process_value[..end]);
         let is_manual = |call: usize| self.manual.get(call).copied().unwrap_or(false);
@@ -187,7 +189,7 @@ impl Signals<'_> {
                 (true, false) if std::mem::take(&mut is_pending) => Some(Cause::Setpoint),
                 (true, false) => Some(Cause::Automatic),
                 _ if has_changed && !is_ramp => Some(Cause::Setpoint),
-                // A disturbance that changes from call to call begins in the first of these calls.
+                // A disturbance that changes in consecutive calls begins in the first of them.
                 _ if is_disturbed(call) && !is_disturbed(call - 1) => Some(Cause::Disturbance),
                 _ => continue,
             };
@@ -211,7 +213,7 @@ impl Signals<'_> {
     }
 
     /// Returns the first call with a process value computed by the plant. The output of a block is 0 before its first
-    /// call, and the jump away from 0 exceeds the movement that follows.
+    /// call; such a 0 is recognized because the jump away from it exceeds the movement that follows.
     pub(super) fn first_call(&self, end: usize) -> usize {
         let values = &self.process_value[..end];
         let given = values.iter().position(|value| *value != 0.0).filter(|_| !self.is_cut);
@@ -224,11 +226,11 @@ impl Signals<'_> {
     }
 }
 
-/// The minimum ratio of the jump from the initial output of a block to the movement that follows.
+/// The minimum ratio of the jump away from the 0 before a block's first call to the first movement after it.
 const JUMP: f64 = 3.0;
 
-/// Whether the process value begins far from the setpoint: by at least half of its span in these calls, and by at least
-/// [`BAND`] times its span in the whole run. Otherwise, the loop was in steady state.
+/// Whether the process value begins far from the setpoint: at a distance of at least half of its span in these calls,
+/// and at least [`BAND`] times its span in the whole run. Otherwise, the loop was in steady state.
 fn is_far(setpoint: &[f64], value: &[f64], first: usize, calls: &Range<usize>) -> bool {
     let width = |values: &[f64]| {
         let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));
