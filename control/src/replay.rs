@@ -1,18 +1,18 @@
-//! Replays a file recorded on the plant through the block: does the block compute what the plant's block did?
+//! Runs the block with the inputs recorded at a plant: does it compute the same outputs as the plant's block?
 //!
 //! Each row of the file is a call: the recorded inputs and parameters of the block are set before it, and the recorded
-//! outputs are compared after it. Values are equal if they have the same bits as a REAL. Otherwise, two deviations are
-//! allowed: half of the column's last digit (0.0005 in a column with three decimals), because further digits are
-//! unknown; and 16 times the resolution of REAL at the largest value, because each call rounds. The inputs in the file
-//! are rounded in the same way, and the block amplifies and integrates these errors. Therefore, the effect of changing
-//! the measured inputs by half of their last digit, computed by the block itself, is allowed as well. A tolerance in
-//! the request replaces all of this.
+//! outputs are compared after it. Values are equal if they have the same bits as a REAL. Otherwise, they may differ by
+//! half of the column's last digit (0.0005 in a column with three decimals), because further digits are unknown, or by
+//! 16 times the resolution of REAL at the largest value, because each call rounds, whichever is larger. The inputs in
+//! the file are rounded in the same way, and the block amplifies and integrates these errors. Therefore, the effect of
+//! changing the measured inputs by half of their last digit, computed by the block itself, is allowed as well. A
+//! tolerance in the request replaces all of this.
 //!
 //! If the outputs differ, the cause is searched for in this order: the mode, if it was not recorded; the time between
-//! two calls, if it disagrees with the recorded times (if they leave no alternative, their value is used for the rest
-//! of the search); one setting, then two, with values estimated by means of the block itself; and a setting that was
-//! changed during the recording. An explanation is certain if it is the only one and its values are unambiguous;
-//! otherwise, the conclusion is that the recording does not reveal the cause.
+//! two calls, if it disagrees with the recorded times (if these leave no alternative, the time they imply is used for
+//! the rest of the search); one setting, then two, with values estimated by means of the block itself; and a setting
+//! that was changed during the recording. An explanation is certain if it is the only one and its values are
+//! unambiguous; otherwise, the conclusion is that the recording does not reveal the cause.
 //!
 //! The block's history before the first row is in its memory and not in the file. If the file begins with a restart
 //! (COM_RST is TRUE), that is row 0. Otherwise, the block either is brought to the recorded manipulated value in manual
@@ -45,13 +45,14 @@ const MOST_VALUES: usize = 8 << 20;
 /// the differences.
 const CLEARER: usize = 4;
 
-/// A deviation above this multiple of half the last digit is accepted only if no change during the recording is closer.
+/// An explanation that leaves a deviation above this multiple of half the last digit is accepted only if no change to a
+/// setting during the recording leaves a smaller one.
 const FAR: f64 = 4.0;
 
 /// The rounding of measured values may look like a setting that differs by up to this fraction.
 const LARGE: f64 = 0.05;
 
-/// The maximum number of rows per curve in the answer.
+/// The maximum number of rows per curve in the result.
 const MOST_POINTS: usize = 8_000;
 
 /// The recording to replay, and the block.
@@ -59,17 +60,17 @@ const MOST_POINTS: usize = 8_000;
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct ReplayRequest {
-    /// The block with the file's parameters.
+    /// The block with its settings in the loop.
     pub controller: Member,
     /// The text of the CSV file.
     pub text: String,
     /// The assignment of columns to variables of the block, or to `time`. By default, columns are matched by name.
     #[serde(default)]
     pub columns: Vec<(String, String)>,
-    /// The deviation up to which a value counts as equal; by default, the recording's resolution.
+    /// The deviation up to which a value counts as equal; by default, it depends on the digits in the recording.
     #[serde(default)]
     pub tolerance: Option<f64>,
-    /// Whether to look for likely causes.
+    /// Whether to search for the cause if the outputs differ.
     #[serde(default)]
     pub try_suspects: bool,
 }
@@ -89,7 +90,7 @@ pub struct Replayed {
     /// The settings that change during the recording and end with a value other than the loop's: the recorded values
     /// were used.
     pub moving: Vec<Moving>,
-    /// The explanations tried, best first.
+    /// The explanations that reduce the differences, best first.
     pub suspects: Vec<Suspect>,
     /// The conclusion.
     pub conclusion: Conclusion,
@@ -117,7 +118,7 @@ pub enum Conclusion {
     Cause,
     /// The first suspect is the likeliest cause: it is the only full explanation that changes only controller settings.
     LikelyCause,
-    /// More than one change explains everything: the recording does not distinguish them.
+    /// A change explains everything, but so do other changes or other values: the recording does not distinguish them.
     Ambiguous,
     /// The block was called between the rows: the recording reveals nothing about the settings.
     Coarse,
@@ -133,7 +134,7 @@ pub struct Compared {
     pub variable: String,
     /// The 0-based index of the first call that differs, with its time in seconds.
     pub first: Option<(usize, f64)>,
-    /// The number of calls that differ.
+    /// The number of calls in which it differs.
     pub different: usize,
     /// The largest difference.
     pub largest: f64,
@@ -160,14 +161,14 @@ pub struct Suspect {
     pub since: Option<Since>,
     /// If exactly one of the changes is a number, the range of values that explain the recording equally well.
     pub range: Option<(f64, f64)>,
-    /// Other settings that could differ as well, with another value of this number, and explain the recording equally
-    /// well.
+    /// Other settings that may be wrong instead or as well: changed together with another value of the suspect's
+    /// setting, they explain the recording equally well.
     pub confused: Vec<String>,
     /// The changed settings with their values; for one that changed during the recording, its value at the end.
     pub values: Values,
     /// The number of calls that still differ.
     pub different: usize,
-    /// The largest difference.
+    /// The largest difference that remains.
     pub largest: f64,
     /// Whether no difference remains.
     pub fits: bool,
@@ -225,7 +226,8 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let ends_without_call = match suspects.iter().find(|suspect| suspect.fits) {
         _ if base.different() == 0 => comparison.ends_without_call(&base)?,
         Some(explained) => explained.ends_without_call,
-        // Outputs that still changed in the previous row have not settled.
+        // If the outputs still changed in the row before, they had not settled, and another call would not have
+        // repeated them.
         None => recording.end.is_some_and(|end| recording.changes(end - 1)),
     };
     let end = recording.end.filter(|_| ends_without_call);
@@ -252,9 +254,9 @@ struct Reading {
     recording: Recording,
     base: compare::Outcome,
     suspects: Vec<Suspect>,
-    /// Whether its rows hold the outputs of the previous call.
+    /// Whether its rows are taken to hold the outputs of the previous call.
     is_late: bool,
-    /// Whether the differences are within the recording's resolution.
+    /// Whether the rounding of the recorded inputs explains the differences.
     is_rounded: bool,
 }
 
@@ -280,8 +282,8 @@ fn read_otherwise(
     remarks: &mut Vec<String>,
 ) -> Result<Reading> {
     let tolerance = request.tolerance;
-    // When the setpoint steps, outputs that are one call late look like a row that is not a call. Switches fit both
-    // interpretations, each with a different value.
+    // When the setpoint steps, outputs that are one call late look like a row that is not a call. If only switches are
+    // recorded, both interpretations may fit, with different values of a setting.
     let has_switches_only = reading.recording.outputs.iter().all(|of| of.is_boolean);
     let is_told = reading.suspects.iter().any(is_of_settings);
     let mut late = late(block, csv, request, request.try_suspects && (!is_told || has_switches_only))?;
@@ -308,7 +310,8 @@ fn read_otherwise(
         reading.suspects.clear();
         return Ok(reading);
     }
-    // A switch can be no closer than one call off, which the last digit of an input may cause.
+    // A difference in a switch is always a whole call, and the last digit of an input may cause it: its size says
+    // nothing.
     let is_any_near = tolerance.is_some() || has_switches_only;
     let allowed = if is_any_near { f64::INFINITY } else { FAR * reading.recording.resolution() };
     // A call without a row cannot be judged by closeness, because its inputs were not recorded.
@@ -346,7 +349,8 @@ fn read_otherwise(
     Ok(reading)
 }
 
-/// Explains the recording by a setting that was changed while it was made, if the differences are then below `largest`.
+/// Explains the recording by a setting that was changed while it was made; `None` if the largest remaining difference
+/// is not below `largest`.
 fn by_hand(block: &Block, csv: &Csv, request: &ReplayRequest, largest: f64) -> Result<Option<Reading>> {
     let mut readings = readings(block, csv, request)?;
     let of = |recording| Comparison::new(block, recording, request.tolerance);
@@ -401,8 +405,9 @@ fn readings(block: &Block, csv: &Csv, request: &ReplayRequest) -> Result<Vec<Rec
     std::iter::once(plain()).chain(late).collect()
 }
 
-/// Whether settings explain the second of two readings of a recording, with fewer settings or digits than the first. If
-/// settings explain both, neither explanation is certain.
+/// Whether settings explain the second of two readings of a recording, and explain the first not at all or only with
+/// more settings or digits. If they explain both, neither explanation is certain, unless both change the same setting
+/// to almost the same value.
 fn plainer(first: &mut [Suspect], second: &mut [Suspect]) -> bool {
     let told = |of: &mut [Suspect]| of.iter().position(is_of_settings);
     let (Some(own), Some(other)) = (told(first), told(second)) else { return told(second).is_some() };
@@ -431,7 +436,7 @@ fn value_of(change: &Change) -> Option<(&str, f64)> {
     }
 }
 
-/// Returns a suspect's change, if it is the only one and applies from the start.
+/// Returns the setting and value of a suspect that changes a single setting from the start.
 fn single(suspect: &Suspect) -> Option<(String, f64)> {
     let [change] = suspect.changes.as_slice() else { return None };
     value_of(change).filter(|_| suspect.since.is_none()).map(|(name, value)| (name.to_string(), value))
@@ -508,7 +513,8 @@ fn constant_from(block: &Block, recording: &Recording, times: &[(f64, f64)]) -> 
     format!("{output} is constant from {times}")
 }
 
-/// Returns an output to draw: all rows, or of each group of rows the first difference or the row with the largest one.
+/// Returns the comparison of an output. Its curves contain all rows or, if there are too many, one row of each group:
+/// that of the first difference, or else that of the largest difference.
 fn compared(recording: &Recording, run: &compare::Outcome, output: usize, tolerance: Option<f64>) -> Compared {
     let of = &recording.outputs[output];
     let (recorded, computed) = (&of.values, &run.outputs[output]);

@@ -15,7 +15,7 @@ pub enum Change {
         name: String,
         /// Its value in the replay that explains the recording.
         value: Value,
-        /// Its value in the loop.
+        /// Its value in the loop or, if an earlier change applies, after that change.
         before: Value,
         /// The reason for trying this value; `None` if it was searched for.
         why: Option<Why>,
@@ -48,7 +48,8 @@ pub struct Since {
     pub at: (usize, f64),
     /// The earliest call that may have been the first with the new value.
     pub earliest: (usize, f64),
-    /// The latest such call. Any call in between explains the recording equally well, possibly with another value.
+    /// The latest such call. Any call from the earliest to this one explains the recording equally well, possibly with
+    /// another value.
     pub latest: (usize, f64),
 }
 
@@ -57,7 +58,7 @@ pub struct Since {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Why {
-    /// A round fraction or multiple of the value in the loop.
+    /// A simple fraction or multiple of the value in the loop.
     Factor,
     /// The value in the loop has the opposite sign.
     Sign,
@@ -73,11 +74,11 @@ pub enum Why {
     Spacing,
     /// The outputs change only once in this many rows.
     Rhythm(usize),
-    /// The recorded manipulated value stays at it.
+    /// The recorded manipulated value stays at this value, as at a limit.
     Stays,
-    /// No dead band.
+    /// The dead band is switched off.
     NoDeadBand,
-    /// The recorded manipulated value does not move within it.
+    /// The recorded manipulated value does not move while the deviation is within this value.
     Rests,
 }
 

@@ -33,7 +33,7 @@ pub(super) struct Recording {
     pub(super) outputs: Vec<Signal>,
     /// The assigned columns with their variables.
     pub(super) matched: Vec<(String, String)>,
-    /// Whether the recording begins with a recorded restart.
+    /// Whether the recording itself shows that its first row is a restart.
     pub(super) says_restart: bool,
     /// The last row, if it repeats all outputs of the row before it: the last row of a run holds its final values and
     /// is not a call.
@@ -66,9 +66,9 @@ pub(super) struct Signal {
     written: Column,
     /// The factor from the numbers in the file to `values`.
     scale: f64,
-    /// The resolution of REAL at its largest value.
+    /// The allowed deviation due to the rounding of REAL: [`ROUNDING`] times the largest value; 0 for other types.
     pub(super) rounding: f64,
-    /// Whether the column is an output of the block that represents one of its inputs.
+    /// Whether the column holds an output of the block that is used as this input.
     is_output_column: bool,
 }
 
@@ -80,12 +80,13 @@ const STANDS_STILL: usize = 10;
 const ROUNDING: f64 = 16.0 * f32::EPSILON as f64 / 2.0;
 
 impl Signal {
-    /// Returns the largest possible difference between the true and the recorded value.
+    /// Returns the largest possible difference between the true and the recorded value, given the digits in the file.
     pub(super) fn resolution(&self, value: f64) -> f64 {
         if self.is_boolean { 0.0 } else { self.written.resolution(value / self.scale) * self.scale }
     }
 
-    /// Whether more than one REAL would be written with the same digits. A value written in full has no unknown digits.
+    /// Whether digits of a measured or truncated value are unknown, because more than one REAL would be written like
+    /// it.
     pub(super) fn is_rounded(&self) -> bool {
         let is_open = |value: &f64| {
             let resolution = self.resolution(*value);
@@ -101,13 +102,13 @@ impl Signal {
         self.is_held && has_last
     }
 
-    /// Returns the allowed deviation of a computed value: the unknown digits of the recording, but not less than the
-    /// resolution of REAL.
+    /// Returns the allowed deviation of a computed value: the effect of unknown digits in the recording, but at least
+    /// that of the rounding of REAL.
     pub(super) fn tolerance(&self, value: f64) -> f64 {
         self.resolution(value).max(self.rounding)
     }
 
-    /// Returns the largest allowed deviation of any of its values.
+    /// Returns the largest allowed deviation over all values.
     pub(super) fn coarsest(&self) -> f64 {
         let known = self.values.iter().filter(|value| value.is_finite());
         known.map(|value| self.tolerance(*value)).fold(0.0, f64::max)
@@ -177,12 +178,12 @@ impl Recording {
         self.outputs.iter().filter(|of| !of.is_boolean).map(Signal::coarsest).fold(0.0, f64::max)
     }
 
-    /// Whether any output differs from its value in the previous row.
+    /// Whether any output has a value in this row that differs from the previous row.
     pub(super) fn changes(&self, row: usize) -> bool {
         row > 0 && self.outputs.iter().any(|of| of.values[row] != of.values[row - 1] && !of.values[row].is_nan())
     }
 
-    /// Returns the rows between calls, if the outputs change only in every `ratio`-th row, and often enough.
+    /// Returns the rows between calls, if the outputs change only in every `ratio`-th row, and in at least five rows.
     pub(super) fn rows_between_calls(&self, ratio: usize) -> Option<BTreeSet<usize>> {
         const FEWEST: usize = 5;
         let changed: Vec<usize> = (1..self.rows).filter(|row| self.changes(*row)).collect();
@@ -204,7 +205,8 @@ impl Recording {
         })
     }
 
-    /// Whether the column of the process value is named after neither an input nor an output of the block.
+    /// Whether the column of the process value may hold the block's input or its output, since it is named after
+    /// neither.
     pub(super) fn has_unclear_process_value(&self, block: &Block) -> bool {
         let terminal = block.row(block.roles.process_value.as_ref());
         let named = |of: &&Signal| Some(of.row) == terminal && !of.is_output_column;
@@ -212,7 +214,7 @@ impl Recording {
     }
 
     /// Moves each output to the row of its call, for a recording whose rows hold the outputs of the previous call, as
-    /// the other FMUs read them with parallel exchange. The process value may be one of these outputs.
+    /// the other FMUs read them with parallel exchange. With `has_late_process_value`, the process value is moved, too.
     pub(super) fn with_earlier_outputs(mut self, block: &Block, has_late_process_value: bool) -> Recording {
         if has_late_process_value {
             let terminal = block.row(block.roles.process_value.as_ref());
@@ -237,8 +239,8 @@ impl Recording {
 
     /// While the recorded manipulated value is constant and the computed one moves by more than the last digits
     /// explain, the controller may have been in manual mode, unless the value looks like a limit: one of the loop, or
-    /// the lowest or highest recorded value. Assumes manual mode there and returns the times; empty if the mode
-    /// was recorded or the value is never constant.
+    /// the lowest or highest recorded value. Assumes manual mode there and returns the times; empty if the mode was
+    /// recorded or there are no such times.
     pub(super) fn take_for_manual(
         &mut self,
         block: &Block,
@@ -280,8 +282,8 @@ impl Recording {
         times
     }
 
-    /// Whether the manipulated value never exceeds, or never falls below, its value at `from` after that, as at a
-    /// limit.
+    /// Whether the manipulated value, from the time `from` onward, never exceeds or never falls below its value at that
+    /// time, as at a limit.
     pub(super) fn stays_on_one_side(&self, block: &Block, from: f64) -> bool {
         let Some(output) = block.manipulated(self) else { return false };
         let start = self.times.partition_point(|time| *time < from);
@@ -378,7 +380,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Rejects a recording without outputs to compare or inputs to replay.
+    /// Rejects a recording that has no outputs to compare or no inputs to replay.
     fn check(&self, block: &Block, csv: &Csv) -> Result<()> {
         let columns: Vec<_> = csv.columns.iter().take(12).map(|column| column.name.as_str()).collect();
         let names = |is_wanted: fn(Role) -> bool| {
@@ -409,7 +411,7 @@ impl Recording {
         let restart =
             block.row(block.roles.restart.as_ref()).and_then(|row| self.inputs.iter().find(|input| input.row == row));
         self.says_restart = restart.is_some_and(|input| input.values[0] == 1.0);
-        // The recorded process value is a number with a unit, not a peripheral word.
+        // If the process value was recorded as a number in its unit, the block must not read the peripheral word.
         if let (Some(terminal), Some((word, switch))) =
             (block.row(block.roles.process_value.as_ref()), block.peripheral())
             && word != terminal
@@ -489,7 +491,7 @@ impl Recording {
         };
         self.times = times.seconds;
         if !times.is_unit_known {
-            // The cycle distinguishes seconds from milliseconds.
+            // Decide between seconds and milliseconds: rows are probably about one cycle apart.
             let values = &csv.columns[time].values;
             let far = |scale: f64| (step(values) * scale / cycle).log10().abs();
             let (scale, unit) = if far(1e-3) < far(1.0) { (1000.0, "milliseconds") } else { (1.0, "seconds") };
@@ -535,7 +537,7 @@ impl Recording {
     }
 }
 
-/// Whether a running block accepts another value.
+/// Whether a variable with this role can be set while the block runs.
 pub(super) fn is_tunable(role: Role) -> bool {
     matches!(role, Role::Input | Role::Parameter)
 }
@@ -577,7 +579,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let Some(row) = block.row(role.as_ref()).filter(|row| !pairs.iter().any(|(_, other)| other == row)) else {
             continue;
         };
-        // The block may have an output of that name, too, but the PV of a recorder is the block's input.
+        // Even if the block also has an output of that name, a column PV is taken to be the block's input.
         let is_called = |column: usize| names.contains(&short_name(&csv.columns[column].name).as_str());
         let shown = block.row(roles.shown_process_value.as_ref());
         let is_shown = |column: usize| {
@@ -605,7 +607,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
     pairs
 }
 
-/// Returns the variable that a column is named after.
+/// Returns the row in the table of the variable that a column is named after.
 fn variable_of(block: &Block, column: &str) -> Option<usize> {
     let rows = &block.table.rows;
     let of = |name: &str| rows.iter().position(|row| row.name.eq_ignore_ascii_case(name));

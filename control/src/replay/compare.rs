@@ -9,10 +9,10 @@ use modeldescription::digits::short;
 /// The seeds for varying the last digits of the measured values.
 const SEEDS: [u64; 3] = [1, 2, 3];
 
-/// The factor by which these few variations may underestimate the spread.
+/// The factor by which these few variations may underestimate the effect of the last digits.
 const SPREAD: f64 = 3.0;
 
-/// If a beginning agrees for this many rows, that is not a coincidence.
+/// If the outputs agree for this many rows with a beginning, that is not a coincidence.
 const LONG: usize = 20;
 
 /// Agreement for more additional rows than this is not a coincidence.
@@ -35,7 +35,7 @@ pub(super) struct Outcome {
     pub(super) variant: Variant,
     /// The values of each output.
     pub(super) outputs: Vec<Vec<f64>>,
-    /// One for each output.
+    /// The differences, one for each output.
     pub(super) compared: Vec<Difference>,
     /// The effect of the inputs' last digits on each output up to each row; empty if it was not computed.
     spread: Vec<Vec<f64>>,
@@ -86,11 +86,11 @@ impl Outcome {
         let lengths = |of: &Outcome| of.compared.iter().map(|of| of.first.unwrap_or(rows)).collect::<Vec<_>>();
         let (own, others) = (lengths(self), lengths(other));
         let pairs = || own.iter().zip(&others);
-        // In one of the two runs, a row may be the next call.
+        // A lead of one row does not count, because the outputs may be shifted by one row in one of the two runs.
         pairs().all(|(own, other)| own + 1 >= *other) && pairs().any(|(own, other)| *own > other + CLEARLY)
     }
 
-    /// Returns the remark on the deviation allowed because of the inputs' last digits.
+    /// Returns a remark on the deviations that are allowed because of the inputs' last digits, if any.
     pub(super) fn spread_remarks(&self, comparison: &Comparison) -> Option<String> {
         let outputs = &comparison.recording.outputs;
         let shown: Vec<String> = outputs
@@ -135,7 +135,8 @@ impl<'a> Comparison<'a> {
         let mut all: Vec<Outcome> = Vec::new();
         for beginning in self.beginnings(Beginning::Fresh) {
             let mut outcome = self.run(&Variant { beginning, ..variant.clone() }, rows)?;
-            // A beginning in manual mode has a wider tolerance, which is rejected if another beginning fits without it.
+            // A beginning in manual mode has a wider tolerance: if another beginning agrees for long enough, use the
+            // tolerance of that one.
             let tight = all.iter().filter(|of| of.first().is_some_and(|first| first >= LONG));
             if let Some(tight) = tight.max_by_key(|of| of.first()).filter(|_| beginning == Beginning::Held) {
                 outcome.compared = self.differences(&outcome.outputs, &[], &tight.spread);
@@ -151,7 +152,8 @@ impl<'a> Comparison<'a> {
         Ok(best.expect("there is a beginning"))
     }
 
-    /// Runs a variant and compares its outputs. The effect of the inputs' last digits is computed only if it matters.
+    /// Runs a variant and compares its outputs. The effect of the inputs' last digits is computed only if it affects
+    /// the result.
     pub(super) fn run(&self, variant: &Variant, rows: usize) -> Result<Outcome> {
         let outputs = self.block.simulate(self.recording, variant, rows, None)?;
         let spread = self.spread.map_or_else(Vec::new, <[_]>::to_vec);
@@ -239,7 +241,7 @@ impl<'a> Comparison<'a> {
             difference.largest = difference.largest.max(if off.is_nan() { f64::INFINITY } else { off });
             let allowed = match self.tolerance {
                 None if of.is_boolean => {
-                    // Another last digit may move a switch by one call.
+                    // Another last digit of an input may move a switch by one call.
                     let near = row.saturating_sub(1)..(row + 2).min(computed.len());
                     let may_be = near.clone().any(|row| others.iter().any(|other| other[row] == *recorded));
                     f64::from(u8::from(may_be))
@@ -282,8 +284,7 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Whether a deviation exceeds the allowed one, with some slack: the subtraction of decimal numbers does not hit the
-/// limit exactly.
+/// Whether a deviation exceeds the allowed one, with some slack for the rounding error of the subtraction.
 fn is_beyond(off: f64, allowed: f64) -> bool {
     off.is_nan() || off > allowed * (1.0 + 1e-5)
 }

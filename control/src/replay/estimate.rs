@@ -2,8 +2,8 @@
 //! recorded inputs, and its outputs are compared with the recorded ones.
 //!
 //! One setting is searched for on a grid and by golden section, two by least squares (Levenberg–Marquardt). For a
-//! switch, the accumulated number of TRUE values is compared: a late pulse thus costs little, and a missing one more
-//! and more.
+//! switch, the number of TRUE values up to each row is compared: a late pulse thus adds little to the error, but a
+//! missing one adds to it in every later row.
 
 use super::columns::{Signal, is_tunable};
 use super::compare::{Comparison, Outcome};
@@ -15,27 +15,27 @@ use blocks::{Kind, Role};
 use modeldescription::Row;
 use std::cell::Cell;
 
-/// The factors of the grid, in both directions.
+/// The factors by which the grid multiplies and divides the current value of a setting.
 const FACTORS: [f64; 9] = [1.1, 1.25, 1.5, 2.0, 3.0, 4.5, 7.0, 12.0, 30.0];
 /// The grid for a setting that is 0, as fractions of the range of the recorded values.
 const PARTS: [f64; 6] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5];
-/// The number of divisions of an interval.
+/// The number of golden-section divisions of an interval.
 const DIVISIONS: usize = 24;
-/// The number of grid points where golden section does not apply.
+/// The number of intervals in the grid that replaces golden section if only switches are recorded.
 const POINTS: usize = 40;
 /// The number of grid points per setting in a grid of two settings.
 const PAIR_POINTS: i32 = 11;
 /// The ratio of the widths of successive grids of two settings.
 const NARROWER: f64 = 0.4;
-/// The narrowest grid of two settings, as a fraction of their values.
+/// The half width of the narrowest grid of two settings, as a fraction of their values.
 const FINEST: f64 = 1e-3;
-/// The number of least-squares steps.
+/// The maximum number of least-squares steps.
 const STEPS: usize = 14;
 /// The maximum number of digits of a value that is assumed to have been typed by a user.
 const DIGITS: usize = 6;
 /// Values that differ by less than this fraction count as equal.
 const NEAR: f64 = 0.02;
-/// A setting has no effect if the error changes by less than this fraction.
+/// A setting has no effect if changing it changes the error by less than this fraction.
 const INSENSITIVE: f64 = 1e-9;
 
 /// A search over the first rows of a recording.
@@ -46,7 +46,7 @@ pub(super) struct Search<'a> {
     left: Cell<usize>,
     /// The number of calls in a run.
     calls: usize,
-    /// The divisor of each output.
+    /// The divisor of each output's residuals.
     scales: Vec<f64>,
 }
 
@@ -75,7 +75,7 @@ impl<'a> Search<'a> {
         Search { comparison, rows, left: Cell::new(most), calls, scales }
     }
 
-    /// Whether there are calls left.
+    /// Whether there are calls left for another run.
     pub(super) fn may_go_on(&self) -> bool {
         self.left.get() > self.calls
     }
@@ -84,7 +84,7 @@ impl<'a> Search<'a> {
         self.left.set(self.left.get().saturating_sub(runs * self.calls));
     }
 
-    /// Returns the residuals of each output, row by row.
+    /// Returns the scaled residuals of each output, row by row; `None` if the block reports an error.
     fn residuals(&self, variant: &Variant) -> Option<Vec<f64>> {
         self.spend(1);
         let recording = self.comparison.recording;
@@ -137,8 +137,8 @@ impl<'a> Search<'a> {
         Some(variant)
     }
 
-    /// Whether other values fit as well as those found. If the outputs were equal and are only switches, they must stay
-    /// equal.
+    /// Whether other values fit as well as those found. If the outputs are only switches and were exactly equal, they
+    /// must remain so.
     fn does_as_well(&self, found: &Found, other: &Variant) -> bool {
         if found.error == 0.0 && !self.has_numbers() { self.error(other) == 0.0 } else { self.fits(other) }
     }
@@ -152,7 +152,7 @@ impl<'a> Search<'a> {
         let is_candidate = |row: &usize| {
             let of = &block.table.rows[*row];
             let is_setting = matches!(of.role, Role::Parameter | Role::Fixed | Role::Input)
-                // Any input may have changed during the run: a disturbance that was not recorded acts like LMN_OFF.
+                // During the run, any input may have changed: an unrecorded disturbance acts like a change to LMN_OFF.
                 && (base.variant.later.is_some() || !block.roles.is_stimulus(&of.name, of.role == Role::Input));
             let is_number = !matches!(of.kind, Kind::Bool | Kind::Word | Kind::Byte | Kind::DWord | Kind::LWord);
             let is_recorded = recording.inputs.iter().any(|input| input.row == *row);
@@ -162,7 +162,7 @@ impl<'a> Search<'a> {
             let own = self.value(&base.variant, *row);
             let mut others = if own == 0.0 { vec![self.span() * 0.1, 1.0] } else { vec![own * 1.3, own * 0.7] };
             if block.table.rows[*row].kind == Kind::Time {
-                // The block counts a short time in calls.
+                // The block may round a short time to whole calls, so that smaller changes have no effect.
                 others.extend([1.0, 10.0].map(|calls| own + calls * block.settings[block.table.cycle]));
             }
             others.extend(self.stays(&base.variant, *row));
@@ -184,7 +184,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns the largest range of a recorded number.
+    /// Returns the range of values of the recorded floating-point signal for which it is largest.
     fn span(&self) -> f64 {
         let recording = self.comparison.recording;
         let span = |of: &Signal| {
@@ -195,8 +195,8 @@ impl<'a> Search<'a> {
         all.filter(|of| matches!(of.kind, Kind::Real | Kind::LReal)).map(span).fold(0.0, f64::max)
     }
 
-    /// Returns characteristic times of the recorded switches, in seconds: the median period, the shortest TRUE and the
-    /// shortest FALSE.
+    /// Returns characteristic times of the recorded switches, in seconds: for each, the shortest time TRUE, the
+    /// shortest time FALSE and the median period.
     fn times(&self) -> Vec<f64> {
         let recording = self.comparison.recording;
         let step = recording.spacing.unwrap_or(self.comparison.block.settings[self.comparison.block.table.cycle]);
@@ -215,7 +215,7 @@ impl<'a> Search<'a> {
         times.into_iter().map(|calls| calls as f64 * step).collect()
     }
 
-    /// Whether an output is a number, which responds to every change to a setting.
+    /// Whether any recorded output is a number: unlike a switch, it responds to small changes to a setting.
     pub(super) fn has_numbers(&self) -> bool {
         self.comparison.recording.outputs.iter().any(|of| !of.is_boolean)
     }
@@ -355,7 +355,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Returns the sensitivity of the residuals to a setting: a change to the setting and its effect.
+    /// Returns a small change to a setting, and its effect on the residuals.
     fn slope(&self, from: &Found, row: usize, here: &[f64]) -> Option<(f64, Vec<f64>)> {
         let own = self.value(&from.variant, row);
         let kind = self.comparison.block.table.rows[row].kind;
@@ -369,7 +369,7 @@ impl<'a> Search<'a> {
         Some((there - own, after.iter().zip(here).map(|(after, here)| after - here).collect()))
     }
 
-    /// Returns the values with the fewest digits that fit as well.
+    /// Returns the values with the fewest digits that fit about as well.
     pub(super) fn snapped(&self, found: Found, rows: &[usize]) -> Found {
         let enough = found.error * 4.0 + 1e-12;
         let with_digits = |digits: &[usize]| {
@@ -390,7 +390,7 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the other settings that the recording cannot distinguish from this one: the block still reproduces the
-    /// recording if both have other values.
+    /// recording if both settings have other values.
     pub(super) fn confused(&self, found: &Found, row: usize, others: &[usize]) -> Vec<usize> {
         let is_confused = |other: &&usize| {
             let own = self.value(&found.variant, **other);
@@ -438,7 +438,7 @@ fn is_sensible(of: &Row, value: f64) -> bool {
     of.least().is_none_or(|min| value >= min) && of.greatest().is_none_or(|max| value <= max)
 }
 
-/// Returns the value as represented by the type; `None` if the type cannot hold it, or for a TIME below one
+/// Returns the value as represented by the type; `None` if the type cannot hold it or if it is a TIME below one
 /// millisecond.
 pub(super) fn held(kind: Kind, value: f64) -> Option<f64> {
     let value = match kind {

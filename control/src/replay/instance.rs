@@ -29,7 +29,7 @@ pub(super) struct Block<'a> {
     /// The initial value of each variable in the table: the loop's or, if it specifies none, a new
     /// instance's.
     pub(super) settings: Vec<f64>,
-    /// The variables that the loop specifies.
+    /// The rows in the table of the variables whose values the loop specifies.
     given: Vec<usize>,
 }
 
@@ -45,12 +45,12 @@ pub(super) enum Beginning {
     Held,
 }
 
-/// The deviations of a run from the file.
+/// How a run differs from the recording and the loop's settings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Variant {
-    /// The values of variables, by their rows in the table.
+    /// The values that replace the loop's or the recorded ones, by the variables' rows in the table.
     pub(super) values: BTreeMap<usize, f64>,
-    /// The change made while the block runs.
+    /// The values that are changed while the block runs, if any.
     pub(super) later: Option<Later>,
     pub(super) beginning: Beginning,
     /// The rows in which the block is not called.
@@ -71,7 +71,7 @@ pub(super) struct Later {
 }
 
 impl Variant {
-    /// Returns the final value of a variable; `None` if it is the loop's.
+    /// Returns the final value of a variable; `None` if the variant does not change it.
     pub(super) fn value(&self, row: usize) -> Option<f64> {
         let later = self.later.as_ref().and_then(|later| later.values.get(&row));
         later.or_else(|| self.values.get(&row)).copied()
@@ -120,7 +120,8 @@ impl<'a> Block<'a> {
         self.name
     }
 
-    /// Returns the peripheral word of the process value, and the switch that makes the block use it.
+    /// Returns the rows in the table of the peripheral word of the process value and of the switch that makes the block
+    /// use it.
     pub(super) fn peripheral(&self) -> Option<(usize, usize)> {
         let is_word = |(meaning, _): &&(String, String)| meaning == "process value peripheral";
         let (_, word) = self.roles.signals.iter().find(is_word)?;
@@ -135,7 +136,7 @@ impl<'a> Block<'a> {
         name.and_then(|name| self.table.find(name))
     }
 
-    /// Returns the switch to manual mode and the manual value.
+    /// Returns the rows in the table of the switch to manual mode and of the manual value.
     pub(super) fn manual(&self) -> Option<(usize, usize)> {
         let (switch, value) = self.roles.manual.as_ref()?;
         Some((self.table.find(switch)?, self.table.find(value)?))
@@ -170,8 +171,8 @@ impl<'a> Block<'a> {
         self.table.rows[row].role == Role::Input
     }
 
-    /// Makes the calls of the first rows and returns the computed values of each output. `jitter` selects a variation
-    /// of the measured and truncated values within their last digit.
+    /// Makes the calls of the first `rows` rows and returns the computed values of each output. `jitter` is the seed of
+    /// a variation of the measured and truncated inputs within their last digit.
     pub(super) fn simulate(
         &self,
         recording: &Recording,
@@ -252,7 +253,7 @@ impl<'a> Block<'a> {
         Ok(computed)
     }
 
-    /// Groups value references by type, each with its index among the rows.
+    /// Groups the value references of table rows by type, each with its index in `rows`.
     fn groups(&self, rows: &[usize]) -> Vec<(Type, Vec<u32>, Vec<usize>)> {
         let group = |kind: Type| {
             let places: Vec<usize> = (0..rows.len()).filter(|place| self.variables[rows[*place]].0 == kind).collect();
@@ -267,11 +268,11 @@ impl<'a> Block<'a> {
 struct Calls<'b, 'a> {
     block: &'b Block<'a>,
     component: Box<dyn Component>,
-    /// In seconds.
+    /// The time between two calls in seconds.
     cycle: f64,
     /// The number of calls made.
     calls: usize,
-    /// The last value set for each variable of the table.
+    /// The last value set for each variable of the table; NaN if none was set.
     last: Vec<f64>,
 }
 
@@ -326,7 +327,7 @@ impl Calls<'_, '_> {
         let Some((switch, manual)) = self.block.manual() else { return Ok(()) };
         let recorded = |row: usize| recording.inputs.iter().find(|of| of.row == row).map(|of| of.values[0]);
         if recorded(switch) == Some(1.0) && recorded(manual).is_some() {
-            // The block's memory settles after a few calls.
+            // Make a few calls, so that the block's internal state settles.
             for _ in 0..4 {
                 self.step()?;
             }
@@ -358,7 +359,7 @@ impl Calls<'_, '_> {
         Ok(())
     }
 
-    /// Returns to the mode that the settings specify; a recorded mode is set with each row.
+    /// Returns to the mode that the settings specify; if the mode was recorded, each row sets it.
     fn release(&mut self, recording: &Recording, variant: &Variant) -> Result<()> {
         let Some((switch, manual)) = self.block.manual() else { return Ok(()) };
         for row in [switch, manual] {
@@ -371,7 +372,7 @@ impl Calls<'_, '_> {
     }
 }
 
-/// Returns 1 or -1, pseudorandomly.
+/// Returns 1 or -1, chosen pseudorandomly by the arguments.
 fn sign(seed: u64, row: usize, input: usize) -> f64 {
     let mut bits =
         seed ^ (row as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (input as u64).wrapping_mul(0xD1B5_4A32_D192_ED03);

@@ -3,9 +3,9 @@
 //!
 //! If the block agrees with the recording at first, the value before the change is the loop's. Otherwise, that value is
 //! searched for in the first rows and accepted only if it explains more rows than were searched. The value after the
-//! change and the row of the change are searched for together. Of the interpretations of the recording, the one closest
-//! to the rows before the change wins; each setting is judged by the tolerance of the closest setting. Only an answer
-//! that explains every row is accepted.
+//! change and the row of the change are searched for together. Of the interpretations of the recording, the one whose
+//! outputs are closest to those recorded before the change wins. All settings are judged by the tolerance computed for
+//! the one that fits best. Only an answer that explains every row is accepted.
 
 use super::Suspect;
 use super::change::{Change, Since};
@@ -19,36 +19,36 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The minimum number of rows before a change and after it; fewer prove nothing.
 const FEWEST: usize = 8;
 
-/// The number of rows, starting at the first difference, in which the value before the change is searched for.
+/// The number of rows after the first difference that the search for the value before the change includes.
 const BEFORE: usize = 40;
 
-/// The number of rows, starting at the change, in which the value after the change is searched for.
+/// The number of rows after the first difference that the search for the value after the change includes.
 const AFTER: usize = 600;
 
 /// The maximum number of calls spent on each search.
 const MOST_CALLS: usize = 6_000_000;
 
-/// The number of settings, the closest ones, for which the row of the change is searched for.
+/// The row of the change is searched for only for this many settings: those that fit best.
 const MOST_MOVED: usize = 6;
 
 /// The initial step of the search for the row of a change.
 const STRIDE: usize = 16;
 
-/// A reading is worse than another if its mean square residual is this many times larger.
+/// A start is worse than another if its mean square residual is more than this many times as large.
 const WORSE: f64 = 2.0;
 
-/// A beginning that explains the first rows of one interpretation of the recording.
+/// A variant that explains the first rows of one interpretation of the recording.
 #[derive(Clone)]
 struct Start<'a> {
     comparison: &'a Comparison<'a>,
-    /// The index of the interpretation.
+    /// The index of that interpretation.
     reading: usize,
     variant: Variant,
     /// The first row that the variant does not explain.
     first: usize,
 }
 
-/// The explanation by a change during the recording.
+/// The explanation of a recording by a change to a setting during the recording.
 pub(super) struct Midway {
     /// The index of the interpretation of the recording.
     pub(super) reading: usize,
@@ -57,7 +57,7 @@ pub(super) struct Midway {
     pub(super) suspects: Vec<Suspect>,
 }
 
-/// Finds the setting that was changed during the recording, in any of these interpretations.
+/// Finds a setting whose change during the recording explains any of these interpretations of it.
 pub(super) fn midway(readings: &[Comparison]) -> Result<Option<Midway>> {
     let mut all = Vec::new();
     for (reading, comparison) in readings.iter().enumerate() {
@@ -79,8 +79,8 @@ pub(super) fn midway(readings: &[Comparison]) -> Result<Option<Midway>> {
     answer(before)
 }
 
-/// Returns the answer with the fewest settings from any of these starts; if there are several, the one from the closest
-/// start. It is uncertain if a different start has an answer with equally few settings.
+/// Returns the answer with the fewest changed settings from any of these starts; if there are several, the one from the
+/// start that fits best. It is uncertain if a different start has an answer with equally few settings.
 fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
     let mut best: Option<(usize, Midway)> = None;
     for start in judged(starts) {
@@ -97,7 +97,7 @@ fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
                 best = Some((settings, Midway { reading: start.reading, base, suspects }));
             }
         }
-        // Every answer has at least one setting.
+        // There is no answer with fewer than one setting.
         if settings == 1 {
             break;
         }
@@ -115,8 +115,8 @@ fn settings(suspect: &Suspect) -> usize {
     names.collect::<BTreeSet<_>>().len()
 }
 
-/// Returns the starts that are closest to the recording in the rows that all of them explain, closest first. A start
-/// with a larger tolerance explains more rows but is not better for it.
+/// Returns the starts that fit best in the rows that all of them explain, best first. The number of rows is no measure:
+/// a start with a larger tolerance explains more of them without fitting better.
 fn judged(mut starts: Vec<Start>) -> Vec<Start> {
     let farthest = starts.iter().map(|start| start.first).max().unwrap_or_default();
     starts.retain(|start| start.first >= farthest / 2);
@@ -141,7 +141,7 @@ impl<'a> Start<'a> {
                 continue;
             };
             let mut reached = rows;
-            // The more rows a value explains, the more precisely they determine it.
+            // Refine the value with all rows that it explains, as long as it then explains more.
             while let Some(first) =
                 comparison.run(&found.variant, total)?.first().filter(|first| *first > reached + CLEARLY)
             {
@@ -157,7 +157,7 @@ impl<'a> Start<'a> {
         Ok(all)
     }
 
-    /// Returns the settings that may have another value from about the first difference onward, closest first.
+    /// Returns the settings whose change near the first difference explains all rows, best first.
     fn changed(&self) -> Result<Vec<Suspect>> {
         let (comparison, total) = (self.comparison, self.comparison.recording.rows);
         if self.first + FEWEST > total {
@@ -177,7 +177,8 @@ impl<'a> Start<'a> {
             *found = search.snapped(moved(&search, found, *row), &[*row]);
         }
         nearest(&mut found);
-        // A setting that was not tried might explain the recording as well, but not to the last digit.
+        // If the search ran out of calls, accept only an exact fit: a setting that was not tried could otherwise
+        // explain the recording as well.
         let is_enough = |best: &Found| best.error == 0.0 || search.may_go_on();
         let Some((_, best)) = found.first().filter(|(_, best)| is_enough(best)) else { return Ok(Vec::new()) };
         if comparison.run(&best.variant, total)?.different() > 0 {
@@ -197,7 +198,7 @@ impl<'a> Start<'a> {
         tried.into_iter().map(|of| self.since(&diagnosis, &of.outcome, is_one)).collect()
     }
 
-    /// Creates the answer: a setting with another value from a row onward.
+    /// Converts an outcome into a suspect: a setting that has another value from some row onward.
     fn since(&self, diagnosis: &Diagnosis, outcome: &Outcome, is_one: bool) -> Result<Suspect> {
         let (block, recording) = (self.comparison.block, self.comparison.recording);
         let variant = outcome.variant.clone();
@@ -275,7 +276,7 @@ fn edge(search: &Search, from: &Found, row: usize, is_earlier: bool) -> Found {
     edge
 }
 
-/// Moves the change by this many rows, with the closest value there.
+/// Moves the change by this many rows and finds the value that fits best there.
 fn at(search: &Search, of: &Found, row: usize, by: isize) -> Option<Found> {
     let mut variant = of.variant.clone();
     let later = variant.later.as_mut()?;
@@ -285,7 +286,7 @@ fn at(search: &Search, of: &Found, row: usize, by: isize) -> Option<Found> {
     }
     later.from = from;
     let there = Found { error: search.error(&variant), variant };
-    // If the value fits just as well there, it is kept.
+    // If the value fits at least as well there, keep it.
     if search.fits(&there.variant) && there.error <= of.error {
         return Some(there);
     }

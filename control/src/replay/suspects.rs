@@ -22,22 +22,22 @@ const MOST_CALLS: usize = 3_000_000;
 /// The maximum number of missed calls searched for.
 const MOST_MISSED: usize = 10;
 
-/// The number of settings among which pairs are tried.
+/// The maximum number of settings among which pairs are tried.
 const MOST_PAIRED: usize = 6;
 
 /// A value far beyond any limit.
 const BEYOND: f64 = 1e6;
 
-/// The end of a range without one: any value beyond the other end explains the recording.
+/// The end of a range that is open on one side: any value beyond the other end explains the recording.
 pub(super) const OPEN: f64 = f64::MAX;
 
-/// The maximum number of digits of a typed value.
+/// A value with at most this many significant digits looks like a typed one.
 const FEW: i32 = 4;
 
-/// The maximum fraction of the error that may remain if two settings explain it.
+/// Two settings count as an explanation if less than this fraction of the error remains.
 const GOOD: f64 = 0.05;
 
-/// A value is certain if its range is narrower than this fraction of it.
+/// A value is certain if its range is narrower than this fraction of the value.
 const WIDE: f64 = 0.15;
 
 /// The maximum number of suspects in the answer.
@@ -105,7 +105,7 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
         is_told = of_time.iter().any(|tried| tried.outcome.different() == 0);
         all.extend(of_time);
     }
-    // If CYCLE is wrong, a wrong TI would compensate for it.
+    // Correct a CYCLE that is certainly wrong first: otherwise, a wrong TI would compensate for it.
     if !is_told
         && let Some(Try { mut variant, changes }) = time(comparison).into_iter().find(|one| one.is_sure(comparison))
     {
@@ -115,7 +115,8 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     }
     let whole = |changes: Vec<Change>| after(&known, changes);
     let mut is_sure = is_told;
-    // With one call per row of a slower recorder, a wrong TI would compensate for the missing calls.
+    // If the recorder is slower than the block, do not search: a wrong TI would compensate for the calls between the
+    // rows.
     if !is_told && !comparison.recording.is_coarse {
         let (found, sure) = diagnosis.settings(&start, &whole)?;
         is_sure = sure;
@@ -141,12 +142,12 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     diagnosis.told(all, is_sure, base)
 }
 
-/// Returns the known changes followed by these.
+/// Returns the known changes followed by `changes`.
 fn after(known: &[Change], changes: Vec<Change>) -> Vec<Change> {
     known.iter().cloned().chain(changes).collect()
 }
 
-/// Puts changes to the mode and the time before other changes.
+/// Prepends the known changes to the mode and CYCLE to other changes.
 type Whole<'a> = &'a dyn Fn(Vec<Change>) -> Vec<Change>;
 
 pub(super) struct Diagnosis<'a> {
@@ -156,11 +157,11 @@ pub(super) struct Diagnosis<'a> {
 }
 
 impl Diagnosis<'_> {
-    /// Returns the tries that are an improvement.
+    /// Runs the tries and returns those that reduce the differences.
     fn discrete(&self, start: &Outcome, tries: Vec<Try>, whole: Whole) -> Vec<Tried> {
         let mut better = Vec::new();
         for Try { mut variant, changes } in tries {
-            // Several calls per row take correspondingly longer.
+            // Skip tries that take too long because of several calls per row.
             if !self.search.may_go_on() || variant.more_calls.saturating_mul(self.rows) > MOST_CALLS / 6 {
                 continue;
             }
@@ -180,7 +181,7 @@ impl Diagnosis<'_> {
     }
 
     /// Tries single settings and missed calls and, if none of them explains everything, two settings at once. Also
-    /// returns whether the explanation is the only one.
+    /// returns whether there is exactly one explanation and its values are certain.
     fn settings(&self, start: &Outcome, whole: Whole) -> Result<(Vec<Tried>, bool)> {
         let (search, block) = (&self.search, self.comparison.block);
         let base = Found { error: search.error(&start.variant), variant: start.variant.clone() };
@@ -189,7 +190,8 @@ impl Diagnosis<'_> {
             tried.push(Tried::new(outcome, whole(changes), Vec::new()));
         }
         let candidates = search.candidates(&base);
-        // The beginning was judged with wrong settings: if they explain nothing, another beginning is possible.
+        // The beginning was chosen with settings that may be wrong: if no single setting explains the recording, try
+        // the other beginnings.
         let mut found: Vec<(usize, Found)> = Vec::new();
         for beginning in self.comparison.beginnings(start.variant.beginning) {
             let base = Variant { beginning, ..start.variant.clone() };
@@ -240,7 +242,8 @@ impl Diagnosis<'_> {
             let best = self.pair(base, &found, [a, b])?;
             estimate(&[a, b], &search.snapped(best, &[a, b]))
         };
-        // The controller's settings come first, with each beginning: a beginning alone explains little.
+        // Try pairs of the controller's settings first, with each beginning: the beginning cannot be judged on its own
+        // while the settings are wrong.
         for beginning in self.comparison.beginnings(base.variant.beginning) {
             let variant = Variant { beginning, ..base.variant.clone() };
             let base = Found { error: search.error(&variant), variant };
@@ -261,7 +264,7 @@ impl Diagnosis<'_> {
         Ok((tried, sure))
     }
 
-    /// Returns the best values of two settings; `None` if they explain too little.
+    /// Returns the best values of two settings; `None` if too much of the error remains.
     fn pair(&self, base: &Found, found: &[(usize, Found)], rows: [usize; 2]) -> Option<Found> {
         let search = &self.search;
         if !search.may_go_on() {
@@ -315,7 +318,7 @@ impl Diagnosis<'_> {
         if tried.iter().any(fits) {
             tried.retain(|of| !of.rows.is_empty() || of.outcome.different() > 0);
         }
-        // The same settings may have been found in another order.
+        // The same set of settings may have been found more than once, in another order.
         let mut known = BTreeSet::new();
         tried.retain(|of| !fits(of) || known.insert(of.rows.iter().copied().collect::<BTreeSet<_>>()));
         let is_exact = |of: &Tried| of.outcome.largest() == 0.0;
@@ -343,7 +346,7 @@ impl Diagnosis<'_> {
                     continue;
                 };
                 if rank(&outcome) < rank(&a.outcome) && rank(&outcome) < rank(&b.outcome) {
-                    // Both include the mode change.
+                    // Both may contain the same known changes, such as that of the mode.
                     let rest = b.changes.iter().filter(|change| !a.changes.contains(change));
                     let changes = a.changes.iter().chain(rest).cloned().collect();
                     let rows = a.rows.iter().chain(&b.rows).copied().collect();
@@ -385,8 +388,8 @@ impl Diagnosis<'_> {
         is_told
     }
 
-    /// Opens the ranges of limits that the recording never reaches: any value beyond its extremes explains it. The
-    /// block's start value is preferred.
+    /// Opens the range of a limit that the manipulated value never reaches: any value beyond its recorded extreme
+    /// explains the recording. The block's start value is preferred.
     fn open_limits(&self, tried: &mut [Tried]) {
         let (search, block) = (&self.search, self.comparison.block);
         let Some((high, low)) = block.roles.limits.as_ref() else { return };
@@ -426,7 +429,7 @@ impl Diagnosis<'_> {
         values.map(named).collect()
     }
 
-    /// Returns the answer, with the outcomes over all rows.
+    /// Returns the suspects, judged over all rows, best first.
     fn told(&self, all: Vec<Tried>, is_sure: bool, base: &Outcome) -> Result<Vec<Suspect>> {
         let mut suspects = Vec::new();
         for Tried { outcome, changes, range, confused, .. } in all {
@@ -454,11 +457,11 @@ impl Diagnosis<'_> {
             });
         }
         let block = self.comparison.block;
-        // Prefers values with few digits, as typed by users.
+        // Prefer values with few digits, as typed by users.
         let rank = |of: &Suspect| (of.different, of.fits && !is_round(of), of.fits && !is_usual(block, of), of.largest);
         suspects.sort_by(|a, b| rank(a).partial_cmp(&rank(b)).expect("finite"));
         if suspects.iter().filter(|suspect| suspect.fits).count() != 1 {
-            // The same settings may occur more than once.
+            // Several fitting suspects that change the same settings do not contradict each other.
             let first = suspects.iter().find(|suspect| suspect.fits).map(|suspect| suspect.values.clone());
             let is_same = |suspect: &Suspect| {
                 Some(suspect.values.keys().collect::<Vec<_>>()) == first.as_ref().map(|of| of.keys().collect())
@@ -492,7 +495,7 @@ fn part(low: f64, high: f64, value: f64) -> f64 {
     (high - low) / value.abs().max(1e-12)
 }
 
-/// Returns the range if it is worth reporting.
+/// Returns the range if it is wide enough to be worth reporting: more than 0.1 % of the value.
 pub(super) fn range_to_tell(low: f64, high: f64, value: f64) -> Option<(f64, f64)> {
     (part(low, high, value) > 0.001).then_some((low, high))
 }
@@ -512,7 +515,7 @@ pub(super) fn fitting(tried: &[Tried]) -> usize {
     sets.len()
 }
 
-/// Sets the reason of a change.
+/// Returns a change with this reason.
 fn because(mut change: Change, reason: Option<Why>) -> Change {
     if let Change::Setting { why, .. } = &mut change {
         *why = reason;
@@ -540,7 +543,7 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
         return Some(Try { changes: vec![change(block, switch, 0.0, None)], variant });
     }
     let computed = &base.outputs[output];
-    // In automatic mode, it also stays constant at a limit.
+    // In automatic mode, the manipulated value is also constant while it is at a limit.
     if !is_manual && recorded.len() > 2 && !moves(&recorded) && moves(computed) && !block.is_limit(recorded[0]) {
         variant.values.insert(value, recorded[0]);
         let changes = vec![change(block, switch, 1.0, None), change(block, value, recorded[0], None)];
@@ -577,7 +580,8 @@ fn time(comparison: &Comparison) -> Vec<Try> {
     tries.tries
 }
 
-/// Searches for a row without a call, or a call without a row, where the differences begin; then for the next ones.
+/// Searches for a row without a call, or a call without a row, where the differences begin; then where the remaining
+/// ones begin.
 fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option<(Outcome, Vec<Change>)>> {
     let (mut variant, mut best) = (base.variant.clone(), rank(base));
     let mut first = base.first();
@@ -587,7 +591,7 @@ fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option
         && found.len() < MOST_MISSED
     {
         let mut step: Option<(Outcome, Change)> = None;
-        // With many rows, each run takes a long time.
+        // With many rows, each run takes a long time: try only the first row that differs.
         let earlier = if rows.saturating_mul(40) > MOST_CALLS { 0 } else { 4 };
         for row in (at.saturating_sub(earlier).max(1)..=at).rev() {
             let mut without = variant.clone();
@@ -645,7 +649,8 @@ struct Tries<'a> {
 }
 
 impl Tries<'_> {
-    /// Returns the row and current value of a variable; `None` if the block does not have it or the recording sets it.
+    /// Returns the row and current value of a variable; `None` if the block does not have the variable or the recording
+    /// contains it.
     fn own(&self, row: Option<usize>) -> Option<(usize, f64)> {
         let row = row?;
         let is_recorded =
@@ -657,7 +662,7 @@ impl Tries<'_> {
         self.values(&[(row, value)], why);
     }
 
-    /// Adds a change to several values at once.
+    /// Adds a try that changes several values at the same time.
     fn values(&mut self, values: &[(Option<usize>, f64)], why: Option<Why>) {
         let mut variant = Variant::default();
         let mut changes = Vec::new();
@@ -691,7 +696,7 @@ fn stays(values: &[f64], extreme: f64) -> bool {
     values.iter().filter(|value| **value == extreme).count() > 1
 }
 
-/// Adds the limits of the manipulated value, if it reaches its highest or lowest recorded value repeatedly.
+/// Adds the highest and the lowest recorded manipulated value as limits, if it is reached more than once.
 fn limits(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
     let Some(manipulated) = block.manipulated(recording) else { return };
@@ -735,7 +740,7 @@ fn exceeded(comparison: &Comparison) -> Option<Try> {
     tries.tries.pop().filter(|one| !one.changes.is_empty())
 }
 
-/// Adds the other structures: P, PI, PD, PID and so on.
+/// Adds every other combination of the P, I and D actions being on or off.
 fn structure(tries: &mut Tries) {
     let block = tries.comparison.block;
     let switches: Vec<usize> = block.roles.structure.iter().filter_map(|name| block.table.find(name)).take(4).collect();
@@ -750,7 +755,7 @@ fn structure(tries: &mut Tries) {
     }
 }
 
-/// Adds all switches except those for manual mode, the restart and the actuator's stops.
+/// Adds each switch in its other position, except those for manual mode, the restart and the actuator's stops.
 fn switches(tries: &mut Tries) {
     let block = tries.comparison.block;
     let roles = block.roles;
@@ -764,7 +769,8 @@ fn switches(tries: &mut Tries) {
     }
 }
 
-/// Adds dead bands: none, or as wide as the deviations at which the recorded manipulated value does not move.
+/// Adds dead bands: none, or one as wide as the largest deviation at which the recorded manipulated value does not
+/// move.
 fn dead_band(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
     let row = block.row(block.roles.dead_band.as_ref());
@@ -792,7 +798,8 @@ fn dead_band(tries: &mut Tries) {
     if rests.len() < 3 {
         return;
     }
-    // The manipulated value does not move at its limits either, where deviations are large.
+    // At its limits, the manipulated value does not move either: leave out deviations larger than one at which it
+    // moves.
     rests.sort_unstable_by(f64::total_cmp);
     let low = moves.iter().copied().fold(f64::INFINITY, f64::min);
     let rests: Vec<f64> = rests.into_iter().filter(|rest| *rest <= low).collect();
@@ -802,7 +809,7 @@ fn dead_band(tries: &mut Tries) {
     }
 }
 
-/// Returns the numbers with the fewest digits between two bounds, at most three.
+/// Returns up to three numbers between two bounds, those with the fewest digits.
 fn round_numbers(low: f64, high: f64) -> Vec<f64> {
     if !(low > 0.0 && low <= high && high.is_finite()) {
         return Vec::new();
