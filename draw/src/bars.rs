@@ -1,4 +1,4 @@
-//! Tornado charts: stacked horizontal bars that extend from a middle to both sides.
+//! Tornado charts: horizontal bars below one another, which extend from a middle to both sides.
 
 use crate::field::{Axis, Field, Label, ROW, Shape, Style};
 use crate::palette;
@@ -17,11 +17,12 @@ const GAP: f64 = 5.0;
 pub struct Bar {
     /// The label to its left.
     pub name: String,
-    /// The ends of its two halves, which start at the middle.
+    /// The values at the ends of its two halves, which start at the middle.
     pub ends: [f64; 2],
 }
 
-/// Draws a tornado chart with the bars from top to bottom, and labels for the halves. `None` if there are no bars.
+/// Draws a tornado chart with the bars from top to bottom. `label` is the label of the axis, `middle` the value at
+/// which the bars start, and `halves` the labels of their two halves. `None` if there are no bars.
 ///
 /// # Errors
 /// The chart cannot be drawn.

@@ -26,7 +26,7 @@ impl Escaper for Named {
                 '>' => destination.write_str("&gt;")?,
                 '"' => destination.write_str("&quot;")?,
                 '\'' => destination.write_str("&#39;")?,
-                // XML and HTML allow no other control characters.
+                // XML and HTML allow no control characters except these three: replace all others.
                 other if other.is_control() && !matches!(other, '\n' | '\r' | '\t') => {
                     destination.write_char(char::REPLACEMENT_CHARACTER)?;
                 }

@@ -19,7 +19,7 @@ pub(crate) const ROW: f64 = 15.0;
 pub struct Axis {
     /// The quantity and its unit.
     pub label: String,
-    /// The values at its ends, or their logarithms.
+    /// The values at its ends; on a logarithmic axis, their logarithms to base 10.
     pub scale: Scale,
     /// Whether the scale is logarithmic.
     pub is_logarithmic: bool,
@@ -40,7 +40,7 @@ impl Axis {
         Axis { label: label.into(), scale, is_logarithmic, ticks: None }
     }
 
-    /// The position of a value in the units of the scale.
+    /// The position of a value on the scale: the value, or its logarithm to base 10.
     pub(crate) fn place(&self, value: f64) -> f64 {
         if self.is_logarithmic { value.log10() } else { value }
     }
@@ -49,7 +49,8 @@ impl Axis {
         self.scale.part(self.place(value))
     }
 
-    /// About `count` tick values with labels; on a logarithmic axis 1, 2, 5, 10 and so on.
+    /// About `count` tick values with labels; on a logarithmic axis 1, 2, 5, 10 and so on, or only powers of ten if it
+    /// spans more than four decades.
     fn ticks(&self, count: f64) -> Vec<(f64, String)> {
         if let Some(ticks) = &self.ticks {
             return ticks.clone();
@@ -89,7 +90,7 @@ pub(crate) struct Shape {
     pub style: Style,
 }
 
-/// A text; `of` holds the class and colour of the shape to which it belongs, if any.
+/// A text at a position; `of` holds the class and colour of the shape to which it belongs, if any.
 pub(crate) struct Label {
     pub x: f64,
     pub y: f64,
@@ -194,7 +195,7 @@ impl Field<'_> {
 /// The distance between equidistant values, and their number; `None` if they are not equidistant or fewer than two.
 /// Duplicates count once.
 pub(crate) fn pitch(values: impl Iterator<Item = f64>) -> Option<(f64, usize)> {
-    /// The fraction of the distance that may be rounding error.
+    /// The maximum deviation from the mean distance, as a fraction of it.
     const EVEN: f64 = 0.01;
     let mut values: Vec<f64> = values.filter(|value| is_drawn(*value)).collect();
     values.sort_unstable_by(f64::total_cmp);

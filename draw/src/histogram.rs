@@ -1,4 +1,4 @@
-//! Histograms: bars of a round width, and marks.
+//! Histograms: bars whose width is a round number, and marked values.
 
 use crate::field::{Axis, Field, LEFT, Label, ROW, Shape, Style, WIDTH};
 use crate::palette;
@@ -27,8 +27,8 @@ pub struct Mark {
 /// Draws a histogram of values in ascending order; `None` if there are no drawable values.
 ///
 /// The width of a bar is a round number: the next one above 2 (p75 - p25) / n^(1/3) (D. Freedman and P. Diaconis, "On
-/// the histogram as a density estimator", 1981), or larger to limit the number of bars to about 80. For integers, bars
-/// are centred on them.
+/// the histogram as a density estimator", 1981), or larger to limit the number of bars to about 80. If all values are
+/// integers, the edges of the bars are midway between integers.
 ///
 /// # Errors
 /// The histogram cannot be drawn.
@@ -43,10 +43,10 @@ pub fn svg(title: &str, label: &str, sorted: &[f64], marks: &[Mark]) -> anyhow::
     }
     let most = counts.iter().copied().max().unwrap_or(0);
     let is_constant = values[0] == values[values.len() - 1];
-    // A margin of a quarter bar on both sides; a single bar is narrow.
+    // A margin of a quarter bar on both sides, or of five bars if all values are equal, so that the only bar is narrow.
     let room = if is_constant { 5.0 } else { 0.25 };
     let mut horizontal = Axis::linear(label, (first - room) * width + shift, (last + 1.0 + room) * width + shift);
-    // A distant limit would leave no space for the bars.
+    // Leave out distant marks, for which the bars would have to shrink too much.
     let (from, to) = (horizontal.scale.from, horizontal.scale.to);
     let is_near = |mark: &&Mark| mark.at > from - (to - from) && mark.at < to + (to - from);
     let marks: Vec<&Mark> = marks.iter().filter(is_near).collect();
@@ -101,7 +101,7 @@ impl Bars {
         }
         let at = |part: f64| values[((values.len() - 1) as f64 * part).round() as usize];
         let rule = 2.0 * (at(0.75) - at(0.25)) / (values.len() as f64).cbrt();
-        // If most values are equal, the rule does not apply.
+        // If the middle half of the values are equal, the rule yields 0: divide the range by 40 instead.
         let rule = if rule > 0.0 { rule } else { (max - min) / 40.0 };
         let are_whole = values.iter().all(|value| value.fract() == 0.0);
         let width = match are_whole {

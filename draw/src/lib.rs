@@ -1,4 +1,4 @@
-//! Draws charts, block diagrams and icons as SVG, and converts SVG to PNG. Input is a block's table, or numbers.
+//! Draws charts, block diagrams and icons as SVG, and converts SVG to PNG. The input is a block's table or numbers.
 
 pub mod bars;
 pub mod diagram;

@@ -27,9 +27,9 @@ const fn is_at(text: &[u8], at: usize, wanted: &[u8]) -> bool {
     same == wanted.len()
 }
 
-/// The process value.
+/// The colour of the process value.
 pub const PROCESS_VALUE: &str = color("curve-1");
-/// The manipulated value.
+/// The colour of the manipulated value.
 pub const MANIPULATED_VALUE: &str = color("curve-2");
-/// The colour of limits, and of anything other than these signals.
+/// The colour of limits, and of anything other than these two signals.
 pub const INK: &str = color("curve-7");

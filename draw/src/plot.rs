@@ -1,6 +1,6 @@
 //! Charts of signals over time: numbers with the same unit share a panel, and each Boolean has its own lane. Values are
-//! held from point to point, so curves have steps. Characteristics are drawn over a variable, with straight lines from
-//! point to point.
+//! held from point to point, so curves have steps. Characteristics are drawn as functions of a variable, with straight
+//! lines from point to point.
 //!
 //! The crate `plotters` is not used: it rounds to whole pixels, writes every dash as a separate element, and assigns
 //! curves no class with which a page could recolour them in dark mode.
@@ -15,8 +15,8 @@ use std::fmt::Write;
 
 // Lengths in pixels.
 const WIDTH: f64 = 760.0;
-/// The width of a narrow chart: at three quarters of it, as shown on a phone, the numbers on the axes are still
-/// legible.
+/// The width of a narrow chart. A phone shows it at three quarters of this width, at which the numbers on the axes are
+/// still legible.
 const NARROW: f64 = 500.0;
 const LEFT: f64 = 76.0;
 const RIGHT: f64 = 24.0;
@@ -45,7 +45,7 @@ const COLORS: [&str; 7] = [
 /// The number of colours; additional curves reuse them with dotted lines.
 pub const COLOR_COUNT: usize = COLORS.len();
 
-/// The class names with which a page's style sheet can change the colours.
+/// The class names by which a page's style sheet can change the colours, in the order of [`COLORS`].
 const CLASSES: &[&str] = &["curve-1", "curve-2", "curve-3", "curve-4", "curve-5", "curve-6", "curve-7"];
 
 /// A chart: panels with numeric curves above lanes with Booleans, over a common time axis.
@@ -55,8 +55,8 @@ pub struct Chart {
     pub title: String,
     /// The times of the points in seconds, in ascending order; the last one ends the drawing.
     pub time: Vec<f64>,
-    /// The name and unit of the horizontal variable, if the points are values of a variable instead of times. Curves
-    /// then have straight lines from point to point.
+    /// The name and unit of the horizontal variable, if `time` holds values of a variable instead of times. Curves then
+    /// have straight lines from point to point.
     pub over: Option<String>,
     /// The label of the time axis; by default `time in s`.
     pub time_label: Option<String>,
@@ -89,8 +89,8 @@ pub struct Panel {
     pub bands: Vec<Band>,
 }
 
-/// The label beside a panel: names and unit, or only the unit if the names do not fit. If there is no unit either, the
-/// first name represents all.
+/// The label beside a panel: names and unit, or only the unit if the names do not fit. If the names do not fit and
+/// there is no unit, only the first name is shown, followed by an ellipsis.
 pub fn axis_label(names: &[&str], unit: Option<&str>) -> String {
     let all = names.join(", ");
     let long = unit.map_or_else(|| all.clone(), |unit| format!("{all} in {unit}"));
@@ -129,7 +129,7 @@ pub struct Curve {
     pub values: Vec<f64>,
     /// Whether it is an input, which is drawn as a dashed line.
     pub is_input: bool,
-    /// The 0-based index of its colour, if curves share one; by default, the next colour.
+    /// The 0-based index of its colour, if it is fixed, such as for curves that share one; by default, the next colour.
     pub color: Option<usize>,
 }
 
@@ -236,7 +236,7 @@ fn check(chart: &Chart) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The data of the template.
+/// The values for the template.
 #[derive(Template)]
 #[template(path = "chart.svg")]
 struct Drawing<'a> {
@@ -294,7 +294,7 @@ struct DrawnLane<'a> {
     name_y: Pixels,
     grid_top: Pixels,
     curve: DrawnCurve,
-    /// The areas between the line and FALSE.
+    /// The paths of the areas between the line and FALSE.
     areas: Vec<String>,
 }
 
@@ -330,7 +330,7 @@ fn pens() -> impl FnMut(&Curve) -> Pen {
     }
 }
 
-/// The style with this index.
+/// The style with this index; from [`COLOR_COUNT`] onward, the colours repeat with dotted lines.
 fn pen_of(number: usize, is_input: bool) -> Pen {
     let color = number % COLORS.len();
     let dashes = match (is_input, number >= COLORS.len()) {
@@ -419,7 +419,7 @@ fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Across, top: f
     let areas = path.split('M').filter(|line| line.contains('H')).map(area).collect();
     DrawnLane {
         name: &lane.name,
-        // An underscore in the name extends four pixels down.
+        // Leave room below the name: an underscore extends four pixels below the baseline.
         name_y: Pixels(top - 6.5),
         grid_top: Pixels(top - 2.0),
         curve: DrawnCurve { pen, path },
@@ -463,7 +463,8 @@ fn range(panel: &Panel) -> Scale {
     Scale::around(panel.curves.iter().flat_map(|curve| &curve.values).chain(bands).copied())
 }
 
-/// The ticks of a panel. If all values are integers, such as the states of a program, there are none between integers.
+/// The ticks of a panel. If all values are integers, such as the states of a program, there are no ticks between
+/// integers, provided that at least two ticks remain.
 fn values_ticks(panel: &Panel, scale: &Scale) -> Vec<f64> {
     let ticks = scale.ticks(5.0);
     let mut values = panel.curves.iter().flat_map(|curve| &curve.values).filter(|value| is_drawn(**value));
@@ -497,8 +498,8 @@ fn legend_height(panel: &Panel, right: f64) -> f64 {
     lines as f64 * LEGEND + 6.0
 }
 
-/// The visible points of a curve: of all points within half a pixel of the time axis, only the first, the last, the
-/// lowest, the highest and a gap.
+/// The visible points of a curve: of all points in each half pixel of the time axis, only the first, the last, the
+/// lowest, the highest and one that is not drawable, if any.
 fn points(times: &[f64], values: &[f64], time: &Across) -> Vec<(f64, f64)> {
     let column = |index: &usize| (time.x(times[*index]) * 2.0) as i64;
     let order = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
@@ -565,7 +566,8 @@ fn lines(points: &[(f64, f64)], over: &Across, y: &dyn Fn(f64) -> f64) -> String
     path
 }
 
-/// Whether the value jumps to this point: the slope leading to it is several times the slopes before and after it.
+/// Whether the value jumps to this point: the slope leading to it is more than three times the slope before it and the
+/// slope after it.
 fn is_jump(points: &[(f64, f64)], place: usize) -> bool {
     const TIMES: f64 = 3.0;
     let slope = |place: usize| {

@@ -9,11 +9,11 @@ use modeldescription::{Row, Table};
 pub struct Recording {
     /// The time between two calls, in milliseconds.
     pub cycle: u32,
-    /// The rows of the variables that are recorded and drawn.
+    /// The rows in the table of the variables that are recorded and drawn.
     pub shown: Vec<usize>,
-    /// Their values after the restart.
+    /// The values of these variables after the restart.
     pub restart: Vec<f64>,
-    /// Their values in each call.
+    /// Their values after each call, one list per call.
     pub calls: Vec<Vec<f64>>,
 }
 
@@ -29,7 +29,7 @@ impl Recording {
 pub struct Sweep {
     /// The values of the swept variable.
     pub over: Vec<f64>,
-    /// The rows of the shown variables, with their means.
+    /// The rows in the table of the shown variables, each with its means.
     pub means: Vec<(usize, Vec<f64>)>,
 }
 
@@ -77,7 +77,7 @@ impl Colors {
         self.0[row]
     }
 
-    /// The first unused colour.
+    /// The first colour that is not in `taken`, in the order for Booleans or for numbers.
     pub fn free(is_boolean: bool, taken: &[usize]) -> usize {
         let mut numbers = Self::ORDER[usize::from(is_boolean)].into_iter().chain(COLOR_COUNT..);
         numbers.find(|color| !taken.contains(color)).unwrap_or_default()
@@ -126,11 +126,11 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic<String>, sweep: &
     Chart { time: sweep.over.clone(), over: Some(over), panels: labelled(panels), is_narrow: true, ..Chart::default() }
 }
 
-/// The property that the curves of a panel have in common.
+/// What the curves of a panel have in common.
 #[derive(PartialEq)]
 enum Axis<'a> {
     Unit(&'a str),
-    /// Integers of a type.
+    /// Integers of the PLC type with this name.
     Whole(&'static str),
     /// Signals without a common unit.
     Plain,

@@ -41,7 +41,7 @@ impl Scale {
         let least = (self.to - self.from) / count;
         let is_tick = |step: f64, end: f64| (end / step - (end / step).round()).abs() < 1e-6;
         let power = 10f64.powf(least.log10().floor());
-        // Common steps come first; a quarter more ticks, or half as many, are acceptable.
+        // Common steps come first. Up to a quarter more ticks than `count`, or as few as half, are acceptable.
         let steps = [1.0, 2.0, 5.0, 10.0, 2.5, 3.0, 4.0, 6.0].map(|factor| factor * power);
         let fits = |step: &&f64| {
             (least * 0.8..=least * 2.0).contains(*step) && is_tick(**step, self.from) && is_tick(**step, self.to)
@@ -56,19 +56,19 @@ impl Scale {
     }
 }
 
-/// The smallest number in the series 1, 2, 5, 10, ... that is not less than `least`.
+/// The smallest number of the series ..., 0.5, 1, 2, 5, 10, ... that is not less than `least`.
 pub fn round_step(least: f64) -> f64 {
     let power = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= least * 0.999);
     step.unwrap_or(least)
 }
 
-/// Whether a value can be drawn.
+/// Whether a value is a number and small enough in magnitude to be drawn.
 pub fn is_drawn(value: f64) -> bool {
     value.abs() <= LARGEST
 }
 
-/// A round number, without the digits added by floating-point errors.
+/// The label of a tick: its value without the digits added by floating-point errors.
 pub fn tick_label(tick: f64) -> String {
     let rounded: f64 = format!("{tick:.9e}").parse().unwrap_or(tick);
     if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }

@@ -1,4 +1,4 @@
-//! Scatter plots: values over one or two other quantities, as coloured points or cells.
+//! Scatter plots: values as functions of one or two other quantities, drawn as coloured points or cells.
 
 use crate::field::{Axis, Field, LEFT, Label, RIGHT, Shape, Style, WIDTH, pitch};
 use crate::palette;
@@ -25,9 +25,9 @@ const CELL: f64 = 6.0;
 const MOST_CROSSES: usize = 500;
 /// The width and height of a cell of merged crosses: one cross and a gap.
 const CROSS_CELL: f64 = 10.0;
-/// The distance below which points count as one.
+/// The width and height, in pixels, of an area within which points count as one.
 const POINT: f64 = 0.01;
-/// The maximum number of values along an axis that a grid uses as ticks.
+/// A grid uses its values along an axis as ticks if there are at most this many.
 const MOST_TICKS: usize = 8;
 
 /// The colours from best to worst, from blue to vermilion, distinguishable with colour vision deficiency.
@@ -52,15 +52,15 @@ pub struct Scatter<'a> {
     pub horizontal: (&'a str, bool),
     /// The label of the vertical axis, and whether it is logarithmic.
     pub vertical: (&'a str, bool),
-    /// Whether the vertical position is the value itself, in which case points are not a grid.
+    /// Whether the vertical position is the value itself, so that the points cannot form a grid.
     pub is_curve: bool,
-    /// The range that the colours divide evenly.
+    /// The range of values that is divided evenly among the colours.
     pub range: (f64, f64),
     /// The labels of the range's ends.
     pub ends: (String, String),
     /// Whether low values are better.
     pub is_lower_better: bool,
-    /// The description that follows the number of crosses: `without settling`.
+    /// The text that follows the number of points without a value, such as `without settling`.
     pub absent: String,
 }
 
@@ -175,7 +175,7 @@ fn grid<'a>(field: &mut Field, points: impl Iterator<Item = &'a (f64, f64, f64)>
     Some((wide, high))
 }
 
-/// The cell of the given size that contains a point.
+/// The column and row of the cell of the given size that contains a point.
 fn cell(x: f64, y: f64, size: f64) -> (i64, i64) {
     (((x - LEFT) / size).floor() as i64, ((y - TOP) / size).floor() as i64)
 }
@@ -189,7 +189,7 @@ fn fill_more(mut points: impl Iterator<Item = (f64, f64, f64)>, size: f64, most:
     })
 }
 
-/// The occupied cells of this size, column by column: left, top, and the mean of their values.
+/// The occupied cells of this size, column by column: left edge, top edge, and the mean of the values in the cell.
 fn cells(points: impl Iterator<Item = (f64, f64, f64)>, size: f64) -> Vec<(f64, f64, f64)> {
     let mut cells = BTreeMap::<(i64, i64), (f64, f64)>::new();
     for (x, y, value) in points {
@@ -202,7 +202,8 @@ fn cells(points: impl Iterator<Item = (f64, f64, f64)>, size: f64) -> Vec<(f64, 
     cells.into_iter().map(place).collect()
 }
 
-/// The colour scale and the key to the marks. `crosses` crosses represent `absent` points without a value.
+/// Adds the colour scale to `shapes` and returns its labels, with the key to the marks. `crosses` crosses represent
+/// `absent` points without a value.
 fn keys(of: &Scatter, mean_of: Option<&str>, (absent, crosses): (usize, usize), shapes: &mut Vec<Shape>) -> Vec<Label> {
     let label =
         |x: f64, text: String| Label { x, y: KEY_Y + 4.0, anchor: "start", text: units::shown(&text), of: None };

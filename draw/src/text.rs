@@ -23,8 +23,8 @@ pub fn range(row: &Row) -> String {
     }
 }
 
-/// A range that depends on other variables and cannot be expressed in numbers: the text before and after `; range: ` in
-/// the description. `None` if the variable has both `min` and `max`, or there is no such range.
+/// The description and, separately, the range that follows it in words because it depends on other variables: the text
+/// before and after `; range: `. `None` if the variable has both `min` and `max`, or its description has no such range.
 pub fn range_in_words(row: &Row) -> Option<(&str, &str)> {
     match (row.least(), row.greatest()) {
         (Some(_), Some(_)) => None,

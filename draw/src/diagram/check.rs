@@ -1,4 +1,4 @@
-//! Checks a diagram: it must show the block's terminals, and nothing may hide anything else.
+//! Checks a diagram: it must show all terminals of the block, and its elements and wires must not overlap.
 
 use super::model::{Area, Control, Diagram, Element, GRID, Point, Shape};
 use super::parse::wrong;
@@ -46,7 +46,8 @@ impl<'a> Checked<'a> {
         self.row(name).is_some_and(|row| row.kind == Kind::Bool)
     }
 
-    /// Checks that every terminal of the diagram is in the table and is shown only once, in its direction.
+    /// Checks that every terminal of the diagram is in the table, is shown only once, and is an input or output as in
+    /// the table.
     fn terminals(&self) -> Result<(), (usize, String)> {
         let table = &self.table.name;
         let terminals = self.diagram.terminals();
@@ -98,7 +99,8 @@ impl<'a> Checked<'a> {
         Ok(())
     }
 
-    /// Checks that terminals have wires, and that the switches of one variable are in one column.
+    /// Checks that inputs and outputs have wires, and that all switches controlled by the same variable are in one
+    /// column.
     fn connections(&self) -> Result<(), (usize, String)> {
         let Diagram { elements, wires, .. } = &self.diagram;
         for (place, element) in elements.iter().enumerate() {
@@ -186,7 +188,7 @@ fn called(element: &Element) -> String {
 /// The area covered by a straight segment of a wire.
 fn line(from: Point, to: Point) -> Area {
     const HALF: f64 = 1.0;
-    // Without its ends, which touch the elements that it connects.
+    // Leave out the ends of the segment, which touch the elements that the wire connects.
     let shorten = |from: f64, to: f64| {
         let (low, high) = (from.min(to), from.max(to));
         if high - low > 2.0 { (low + 1.0, high - 1.0) } else { (low - HALF, high + HALF) }

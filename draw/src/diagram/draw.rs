@@ -18,7 +18,7 @@ const HEAD: (f64, f64) = (8.0, 3.5);
 /// The width of a terminal's slanted part.
 const TIP: f64 = 7.0;
 
-/// The drawing. Its colours are for a light page; the page's style sheet can override them by class.
+/// The drawing. Its colours are those for a light page; a page's style sheet can override them by class.
 #[derive(Template)]
 #[template(path = "diagram.svg")]
 struct Drawing<'a> {
@@ -272,7 +272,8 @@ fn signals<'a>(checked: &'a Checked) -> Vec<Signal<'a>> {
     signals
 }
 
-/// Whether each signal is Boolean: a Boolean variable, or connected to one by a switch.
+/// Whether each signal is Boolean: because it is named after a Boolean variable, or because a switch connects it to a
+/// Boolean signal.
 fn booleans(checked: &Checked) -> Vec<bool> {
     let diagram = &checked.diagram;
     let mut found: Vec<bool> = diagram.signals.iter().map(|name| checked.is_boolean(name)).collect();
@@ -478,7 +479,7 @@ fn flag(x: f64, y: f64, width: f64) -> String {
     )
 }
 
-/// The CSS classes for colours: signals and settings.
+/// The CSS class of a variable, `signal` or `setting`, and its colour on a light page.
 fn class(checked: &Checked, name: &str) -> (&'static str, &'static str) {
     use blocks::Role;
     match checked.row(name).map(|row| row.role) {

@@ -10,11 +10,11 @@ use modeldescription::Table;
 
 /// The width and height of the drawing in pixels.
 const SIZE: f64 = 128.0;
-/// The part of the width taken by the border.
+/// The width of the left and right borders together, in pixels.
 const BORDER: f64 = 24.0;
 /// The width of a character in a monospaced font, relative to the font size.
 const CHARACTER: f64 = 0.602;
-/// The maximum length of a name on one line; longer ones are split into two lines if possible.
+/// The maximum number of characters of a name on one line; longer names are split at an underscore if possible.
 const LONGEST: usize = 8;
 
 #[derive(Template)]
@@ -62,12 +62,12 @@ pub fn svg(table: &Table) -> Result<String> {
     Ok(drawing.render()?)
 }
 
-/// The largest font size at which this many characters fit, up to `most` pixels.
+/// The largest font size in pixels at which this many characters fit, at most `most`.
 fn size(characters: usize, most: f64) -> f64 {
     ((SIZE - BORDER) / (characters.max(1) as f64 * CHARACTER)).min(most)
 }
 
-/// The name on one line, or on two if it is long and can be split.
+/// The lines of a name: one, or two if it is long and contains an underscore.
 fn lines(name: &str) -> Vec<&str> {
     let middle = name.len() / 2;
     let parts = name.match_indices('_').map(|(place, _)| place);

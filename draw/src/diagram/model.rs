@@ -29,8 +29,9 @@ pub(super) const LINE: f64 = 14.0;
 pub(super) const PIN: f64 = 20.0;
 /// The radius of a summing point.
 pub(super) const RADIUS: f64 = 9.0;
-/// The distances from a switch to its contacts, and to its control terminal.
+/// The horizontal and vertical distance from the middle of a switch to its contacts.
 pub(super) const CONTACT: (f64, f64) = (20.0, 10.0);
+/// The vertical distance from the middle of a switch to the terminal that controls it.
 pub(super) const CONTROL: f64 = 36.0;
 
 /// A position in pixels.
@@ -59,7 +60,7 @@ impl Area {
         }
     }
 
-    /// Whether two areas share more than a border.
+    /// Whether two areas overlap by more than a border.
     pub(super) fn overlaps(&self, other: &Area) -> bool {
         const BORDER: f64 = 0.6;
         self.left + BORDER < other.right
@@ -134,7 +135,7 @@ pub(super) enum Content {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DrawnSetting {
     pub name: String,
-    /// Its start value, once the table is known.
+    /// Its start value; empty until the table is known.
     pub start: String,
 }
 
@@ -173,7 +174,7 @@ impl Side {
         [("left", Side::Left), ("right", Side::Right), ("top", Side::Top), ("bottom", Side::Bottom)];
 }
 
-/// The width of a monospaced text.
+/// The width of a monospaced text in pixels, given that of a character.
 pub(super) fn width(text: &str, character: f64) -> f64 {
     text.chars().count() as f64 * character
 }
@@ -183,12 +184,12 @@ fn even(width: f64) -> f64 {
 }
 
 impl Element {
-    /// The width of a variable's terminal.
+    /// The width in pixels of the terminal of a variable with this name.
     pub(super) fn terminal_width(name: &str) -> f64 {
         even(width(name, CHARACTER) + 15.0)
     }
 
-    /// The areas of the drawing that belong exclusively to this element.
+    /// The areas of the drawing that no other element and no wire may cover.
     pub(super) fn areas(&self) -> Vec<Area> {
         let Point { x, y } = self.at;
         match &self.shape {
@@ -235,7 +236,7 @@ impl Element {
         }
     }
 
-    /// The rectangle of a box, or the area around `at` of any other element.
+    /// The rectangle of a box; for any other element, an empty area at `at`.
     pub(super) fn body(&self) -> Area {
         let Shape::Box { content, settings } = &self.shape else { return Area::around(self.at, 0.0, 0.0) };
         let row = |setting: &DrawnSetting| {

@@ -6,7 +6,7 @@ use super::wire::Wire;
 use anyhow::Result;
 use modeldescription::Table;
 
-/// A connection from one element to another, named as in the description.
+/// A connection from one element to another. The names are those in the description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// The source element.

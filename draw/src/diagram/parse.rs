@@ -8,7 +8,7 @@ use anyhow::{Context, Result, anyhow, bail};
 /// The keywords at the start of a line.
 const KEYWORDS: [&str; 9] = ["icon", "input", "output", "box", "sum", "switch", "text", "value", "frame"];
 
-/// Parses a description. `start` returns the start value of a variable: boxes are as wide as their values.
+/// Parses a description. `start` returns the start value of a variable, on which the width of a box depends.
 ///
 /// # Errors
 /// A line has a syntax error or names an unknown element, or a wire does not fit. The error names the line, its text
@@ -45,7 +45,7 @@ pub(super) fn parse(text: &str, start: impl Fn(&str) -> String) -> Result<Diagra
     Ok(diagram)
 }
 
-/// The error for a line.
+/// The error of a line. The text of `error` continues the sentence whose subject is the line.
 pub(super) fn wrong(number: usize, line: &str, error: &anyhow::Error) -> anyhow::Error {
     anyhow!("line {number} of the diagram, `{line}`, {error:#}")
 }

@@ -55,7 +55,7 @@ struct Terminal<'a> {
     outside: &'static str,
 }
 
-/// Renders the diagram as SVG. Settings of inner blocks have no terminals and are left out.
+/// Renders the diagram as SVG. Variables of inner blocks have no terminals and are left out.
 ///
 /// # Errors
 /// The template cannot be rendered.
@@ -111,7 +111,7 @@ pub fn svg(table: &Table) -> anyhow::Result<String> {
     Ok(pins.render()?)
 }
 
-/// The edge of the box at which a terminal is placed.
+/// The side of the box at which a terminal is placed, with the horizontal position of the edge.
 enum Side {
     Left { x: f64 },
     Right { x: f64 },

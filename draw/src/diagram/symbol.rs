@@ -11,20 +11,20 @@ pub struct Symbol {
     pub axes: &'static str,
     /// The lines, as the data of an SVG path.
     pub lines: &'static str,
-    /// Short texts, each with the position of its middle.
+    /// Short texts, each with the x and y of its middle.
     pub texts: &'static [(f64, f64, &'static str)],
 }
 
-/// Axes through the origin: output over input.
+/// Axes through the origin, for the output as a function of the input.
 const CROSS: &str = "M-20 0H20M0 -14V14";
-/// Axes from the lower left corner: output over time.
+/// Axes from the lower left corner, for the output as a function of time.
 const CORNER: &str = "M-18 -14V11H20";
 
 const fn curve(name: &'static str, meaning: &'static str, axes: &'static str, lines: &'static str) -> Symbol {
     Symbol { name, meaning, axes, lines, texts: &[] }
 }
 
-/// The list of all symbols.
+/// All symbols that a diagram can use.
 pub const SYMBOLS: &[Symbol] = &[
     Symbol {
         name: "analog_input",

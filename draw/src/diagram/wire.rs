@@ -23,7 +23,7 @@ pub(super) struct Wire {
 /// A word of a line that describes wires.
 #[derive(Clone, Debug, PartialEq)]
 enum Word<'a> {
-    /// `PUMP`, `PUMP.top+1`, or `PUMP.PIN`, in which case the name is the whole word.
+    /// `PUMP`, `PUMP.top+1` or `PUMP.PIN`. With a pin, `name` is the whole word.
     End { name: &'a str, place: Option<Place<'a>> },
     /// `x12`
     ToX(f64),
@@ -47,7 +47,7 @@ pub(super) fn point(text: &str) -> Option<Point> {
     Some(Point { x: number(x)? * GRID, y: number(y)? * GRID })
 }
 
-/// Parses a number in the range that a drawing can have.
+/// Parses a number of grid units between -1000 and 1000.
 pub(super) fn number(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite() && number.abs() <= 1000.0)
 }
@@ -84,7 +84,7 @@ fn place_of(text: &str) -> Option<Place<'_>> {
 }
 
 impl<'a> Word<'a> {
-    /// The right side of the same element.
+    /// The same element, left at its right side.
     fn right(&self) -> Word<'a> {
         match self {
             Word::End { name, .. } => Word::End { name, place: None },
@@ -128,7 +128,7 @@ impl Diagram {
         Ok(())
     }
 
-    /// The start of a wire, the element there, and its signal.
+    /// The start of a wire, the element at this point (`None` at a branch), and the index of the wire's signal.
     fn start(&mut self, word: &Word) -> Result<(Point, Option<usize>, usize)> {
         if let Word::Branch(at) = word {
             let wire = self.wires.iter().find(|wire| passes(&wire.points, *at)).with_context(|| {
