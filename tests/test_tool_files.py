@@ -180,7 +180,7 @@ def test_a_recording_that_is_opened_before_a_loop_waits_for_it(page):
     new_loop(page, "CONT_C", "TIC1")
     page.get_by_role("tab", name="Replay").click()
     page.get_by_role("button", name="Replay", exact=True).click()
-    page.get_by_text("Line 3, column PV_IN: no value: the previous value is used.").wait_for()
+    page.get_by_text("Line 3, column PV_IN: no value; the previous value is used.").wait_for()
 
 
 def test_files_are_dropped_anywhere(page):

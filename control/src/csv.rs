@@ -467,7 +467,7 @@ impl<'a> Layout<'a> {
             table.columns.extend(column);
         }
         if table.columns.is_empty() {
-            bail!("the file has no numeric column");
+            bail!("the file has no column with numbers: export the values as numbers");
         }
         Ok(table)
     }

@@ -164,7 +164,7 @@ impl Given<'_> {
 
     fn gain(&self, name: &str) -> Result<f64, String> {
         match self.find(name) {
-            None => Err(format!("{name} is missing: {} needs it", self.form.name())),
+            None => Err(format!("{name} is missing: the form {} requires it", self.form.name())),
             Some(0.0) => Err(format!("{name} = 0 switches off P, I and D together: specify another gain")),
             Some(gain) => Ok(gain),
         }
@@ -233,10 +233,14 @@ impl Controller {
     pub fn new(form: Form, values: &[(String, f64)]) -> Result<Controller, String> {
         for (place, (name, value)) in values.iter().enumerate() {
             if !form.names().iter().any(|own| own.eq_ignore_ascii_case(name)) {
-                return Err(format!("{} has no {name}: its parameters are {}", form.name(), form.names().join(", ")));
+                return Err(format!(
+                    "the form {} has no {name}: its parameters are {}",
+                    form.name(),
+                    form.names().join(", ")
+                ));
             }
             if values[..place].iter().any(|(other, _)| other.eq_ignore_ascii_case(name)) {
-                return Err(format!("{name} is given twice"));
+                return Err(format!("{name} is given twice: remove one of the values"));
             }
             if !value.is_finite() {
                 return Err(format!("{name} = {value} is not a finite number"));
@@ -323,7 +327,7 @@ impl Controller {
         let needs_gain = !matches!(form, Form::Plc | Form::Parallel | Form::Simulink);
         if needs_gain && proportional == 0.0 {
             return Err(format!(
-                "there is no P action: {} has one gain for P, I and D, and 0 would switch all of them off",
+                "there is no P action: the form {} has one gain for P, I and D, and 0 would switch all of them off",
                 form.name()
             ));
         }

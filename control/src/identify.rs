@@ -248,7 +248,7 @@ pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     };
     let table = CsvTable::read(text)?;
     let time = match time {
-        Some(name) => table.find(name).with_context(|| format!("the file has no column {name}"))?,
+        Some(name) => table.find(name).with_context(|| format!("the file has no column {name}: choose another"))?,
         None => table.time().context("the file has no column with a recognized time name: choose the time column")?,
     };
     let times = table.times(time)?;
@@ -256,7 +256,11 @@ pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
         Some(name) => table.column(name),
         None => table.called(names).with_context(|| {
             let columns: Vec<_> = table.columns.iter().take(12).map(|column| column.header.as_str()).collect();
-            format!("choose the {what} column: none of {} is called {}", columns.join(", "), names.join(", "))
+            format!(
+                "choose the {what} column: none of {} has a recognized name ({})",
+                columns.join(", "),
+                names.join(", ")
+            )
         }),
     };
     let input = column(input, "manipulated value", &MANIPULATED_VALUES)?;
@@ -266,7 +270,7 @@ pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     let mut rows: Vec<usize> = (0..table.rows()).filter(|row| (from..=to).contains(&times.seconds[*row])).collect();
     let missing = |column: &Column| {
         let missing = column.missing(rows.iter().copied(), &table.lines)?;
-        Some(format!("{missing}: ignored. Complete the file if the step occurs there."))
+        Some(format!("{missing}; rows without a value are ignored. Complete the file if the step occurs there."))
     };
     let missing: Vec<String> = [input, output].into_iter().filter_map(missing).collect();
     rows.retain(|row| input.values[*row].is_finite() && output.values[*row].is_finite());
@@ -329,21 +333,22 @@ fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
             _ => "use least squares, or record a step from steady state",
         };
         bail!(
-            "the model fits by only {fit:.1} %; at least {LOWEST_FIT} % is required (gain {gain:.4}, time constant \
-             {time_constant:.4} s, dead time {dead_time:.4} s): {other}"
+            "the fit of the model is only {fit:.1} %; at least {LOWEST_FIT} % is required (gain {gain:.4}, time \
+             constant {time_constant:.4} s, dead time {dead_time:.4} s): {other}"
         );
     }
     let mut remarks = step.remarks.clone();
     if fit < GOOD_FIT {
         remarks.push(format!(
-            "The model fits by {fit:.1} %: there is noise, or the plant has more than one lag. Compare the curves \
-             before you use the model."
+            "The fit of the model is {fit:.1} %: there is noise, or the plant has more lags than the model. Compare \
+             the curves before you use the model."
         ));
     }
     let interval = step.interval();
     if !is_integrating && time_constant < 5.0 * interval {
         remarks.push(format!(
-            "The time constant of {time_constant:.4} s is only {:.1} times the time between two samples: record faster.",
+            "The time constant of {time_constant:.4} s is only {:.1} times the time between two samples: sample \
+             faster.",
             time_constant / interval
         ));
     }

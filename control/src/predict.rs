@@ -218,7 +218,7 @@ impl Schedule {
         if period > cycle * MOST_CALLS as f64 / 10.0 {
             bail!(
                 "the pulse period is {period} s and the block's CYCLE {cycle} s: the simulation would take \
-                 too many calls"
+                 too many calls: shorten the pulse period"
             );
         }
         let rest = 2 * calls(period).max(1);
@@ -449,7 +449,10 @@ impl<'a> Simulation<'a> {
             let word = |value: f64| (value - offset) / factor;
             let range = f64::from(i16::MIN)..=f64::from(i16::MAX);
             if let Some(value) = [level, level + height].into_iter().find(|value| !range.contains(&word(*value))) {
-                bail!("a process value of {value} is outside the range of {}", terminal.name);
+                bail!(
+                    "a process value of {value} is outside the range of {}: change the setpoint or the step",
+                    terminal.name
+                );
             }
         }
         let plant = Plant {

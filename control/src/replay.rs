@@ -185,7 +185,7 @@ pub struct Suspect {
 pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let fmu = &request.controller.fmu;
     let table = home.table(fmu)?;
-    let table = table.with_context(|| format!("{fmu} is a foreign FMU: only a block with a table can be replayed"))?;
+    let table = table.with_context(|| format!("{fmu} is a foreign FMU: only FMUs built by plcfmu can be replayed"))?;
     let dialog = home.dialog(fmu, &table).with_context(|| fmu.clone())?;
     if request.tolerance.is_some_and(|tolerance| !(tolerance >= 0.0 && tolerance.is_finite())) {
         bail!("the tolerance is {:?}: it must be 0 or more", request.tolerance.unwrap_or_default());

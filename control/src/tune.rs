@@ -248,7 +248,7 @@ impl Controller {
         let controller = Controller { member: member.clone(), table, roles, groups };
         let cycle = controller.cycle();
         if !(0.001..=LONGEST).contains(&cycle) {
-            bail!("the time between two calls is {cycle} s: it must be at least one millisecond");
+            bail!("the time between two calls is {cycle} s: it must be between 0.001 s and {LONGEST} s");
         }
         Ok(controller)
     }
@@ -532,7 +532,7 @@ fn half_rule(request: &TuneRequest, model: &Model, sampling: &str) -> Option<Str
     }
     let Model { time_constant, dead_time, .. } = model.without_second_lag();
     Some(format!(
-        "{} supports only one lag: half of the smaller one counts as time constant and half as dead time, so that T = \
+        "{} supports only one lag: the half rule adds the smaller one to the time constant and dead time, so that T = \
          {} s and, with {sampling}, L = {} s. The margins take both lags into account.",
         rules::name(request.rule),
         short(rounded(time_constant, 4)),
@@ -546,7 +546,10 @@ fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<Strin
     let time = |place: usize, time: f64, lowest: f64, remarks: &mut Vec<String>| {
         let Some(name) = controller.roles.controller.get(place) else { return Ok(time) };
         if time > LONGEST {
-            bail!("{name} would be {time:.0} s, but the longest TIME is {LONGEST} s: choose a faster closed loop");
+            bail!(
+                "{name} would be {time:.0} s, but the longest TIME is {LONGEST} s: choose another rule or a \
+                 faster closed loop"
+            );
         }
         let whole = (rounded(time, DIGITS) * 1000.0).round() / 1000.0;
         if whole >= lowest {
@@ -556,7 +559,7 @@ fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<Strin
             if place == 2 { ": the D action is slower than the rule intends; use PI or a shorter CYCLE" } else { "" };
         let bound = if place == 2 { "the time between two calls" } else { "half the time between two calls" };
         remarks.push(format!(
-            "{name} = {whole} s is below {bound}: the block uses {lowest} s, so this value is set{advice}."
+            "{name} = {whole} s is below {bound}: the block would use {lowest} s, so {name} is set to that{advice}."
         ));
         Ok((lowest * 1000.0).ceil() / 1000.0)
     };
@@ -590,10 +593,11 @@ fn nervousness(
     let is_far = times.is_finite() && times > MOST_TIMES;
     let whole = (100.0 / (settings.gain * factor)).abs();
     (is_far || whole < LEAST_DEVIATION * height.abs()).then(|| {
-        let far = if is_far { format!(" is {} times the one in force", short(rounded(times, 2))) } else { String::new() };
+        let far =
+            if is_far { format!(" is {} times the current one", short(rounded(times, 2))) } else { String::new() };
         format!(
-            "{name} {}{far}: a deviation of {} moves the manipulated value by 100 %, and so do noise and the resolution of the \
-             input.{}",
+            "{name} = {}{far}: a deviation of {} moves the manipulated value by 100 %; noise and the resolution of the \
+             input are amplified likewise.{}",
             short(settings.gain),
             short(rounded(whole, 2)),
             if has_speed { " A larger λ results in a lower gain." } else { "" }

@@ -230,8 +230,8 @@ pub(super) fn times(column: &Column) -> Times {
     let scaled = |value: f64| if factor < 1.0 { value / (1.0 / factor).round() } else { value * factor };
     let remark = guess.map(|unit| {
         format!(
-            "Column {} has steps of {step} and no unit: it is read as {unit}. Add the unit to the header: {} \
-             [s].",
+            "Column {} has steps of {step} and no unit: it is read as {unit}. If this is wrong, add the \
+             unit to the header, as in {} [s].",
             column.name, column.name
         )
     });

@@ -182,7 +182,7 @@ fn what_no_block_computes_is_refused_with_its_reason() {
     assert!(signs.starts_with("the gains 2, -0.1 and 0 of P, I and D have different signs"), "{signs}");
     let signs = refused(Form::Parallel, &[("Kp", -2.0), ("Kd", 4.0), ("N", 10.0)]);
     assert!(signs.contains("different signs"), "{signs}");
-    assert_eq!(refused(Form::Ideal, &[("Ti", 20.0)]), "Kp is missing: ideal needs it");
+    assert_eq!(refused(Form::Ideal, &[("Ti", 20.0)]), "Kp is missing: the form ideal requires it");
     assert_eq!(
         refused(Form::TwinCat, &[("fKp", 0.0), ("tTn", 20.0)]),
         "fKp = 0 switches off P, I and D together: specify another gain"
@@ -192,8 +192,8 @@ fn what_no_block_computes_is_refused_with_its_reason() {
         "Ti = 0 is not above 0 s: omit Ti if there is no I action"
     );
     assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("Td", -1.0)]), "Td = -1 is negative: a time must be 0 s or longer");
-    assert_eq!(refused(Form::Ideal, &[("K", 1.0)]), "ideal has no K: its parameters are Kp, Ti, Td, N, Tf");
-    assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("KP", 1.0)]), "KP is given twice");
+    assert_eq!(refused(Form::Ideal, &[("K", 1.0)]), "the form ideal has no K: its parameters are Kp, Ti, Td, N, Tf");
+    assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("KP", 1.0)]), "KP is given twice: remove one of the values");
     assert_eq!(refused(Form::Ideal, &[("Kp", f64::NAN)]), "Kp = NaN is not a finite number");
     assert_eq!(refused(Form::Ideal, &[("Kp", 1.0), ("Td", 1.0), ("N", 0.0)]), "N = 0: it must be above 0");
     assert_eq!(

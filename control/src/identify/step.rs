@@ -278,8 +278,8 @@ impl Step {
             ));
         } else if left.abs() > AT_REST && !goes_on {
             bail!(
-                "the process value was not steady before the step: it moved by {drift:.4} per second, which is {:.0} \
-                 % of the response over the duration of the response: wait until it is steady, then make the step",
+                "the process value was not steady before the step: it moved by {drift:.4} per second, which would \
+                 account for {:.0} % of the response: wait until it is steady, then make the step",
                 left.abs() * 100.0
             );
         } else if left.abs() > AT_REST / 5.0 {

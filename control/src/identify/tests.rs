@@ -602,12 +602,14 @@ fn a_csv_file_of_the_plant_is_read_by_its_columns() {
     assert_found(&identified, &lag(2.0, 10.0, 3.0), 0.01, "a CSV with a hole");
     assert_eq!(
         identified.remarks[1],
-        "Line 11, column Temperatur: no value: ignored. Complete the file if the step occurs there."
+        "Line 11, column Temperatur: no value; rows without a value are ignored. Complete the file if the step occurs \
+         there."
     );
     let message = error(data(None, None));
     assert!(
         message.starts_with(
-            "choose the manipulated value column: none of Zeit [s], Ventil [%], Temperatur [degC] is called LMN, MV"
+            "choose the manipulated value column: none of Zeit [s], Ventil [%], Temperatur [degC] has a recognized \
+             name (LMN, MV"
         ),
         "{message}"
     );

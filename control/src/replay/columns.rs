@@ -309,7 +309,7 @@ impl Recording {
         let is_input = variable.role.is_settable();
         remarks.extend(of.missing(0..values.len(), &csv.lines).map(|missing| {
             let instead = if is_input { "the previous value is used" } else { "nothing is compared there" };
-            format!("{missing}: {instead}. Complete the file, or remove the rows.")
+            format!("{missing}; {instead}. Complete the file, or remove the rows.")
         }));
         if is_input {
             let mut before = block.settings[row];
@@ -497,7 +497,10 @@ impl Recording {
             let (scale, unit) = if far(1e-3) < far(1.0) { (1000.0, "milliseconds") } else { (1.0, "seconds") };
             self.times = values.iter().map(|value| value / scale).collect();
             if scale != 1.0 {
-                remarks.push(format!("The column {} is read as {unit}.", csv.columns[time].name));
+                remarks.push(format!(
+                    "Column {} has no unit and is read as {unit}. If this is wrong, add the unit to the header.",
+                    csv.columns[time].name
+                ));
             }
         }
         let spacing = step(&self.times);

@@ -362,9 +362,9 @@ fn missing_values_are_held_and_not_compared_and_it_is_said_where_they_are() {
     assert!(is_exact(&replayed), "{replayed:?}");
     // Of 40 rows behind the header, 1, 7, 10 ... 37 have no setpoint.
     for remark in [
-        "Line 3, column SP: no value (nor in 11 later rows): the previous value is used. Complete the file, or \
+        "Line 3, column SP: no value (nor in 11 later rows); the previous value is used. Complete the file, or \
          remove the rows.",
-        "Line 22, column OUT: no value: nothing is compared there. Complete the file, or remove the rows.",
+        "Line 22, column OUT: no value; nothing is compared there. Complete the file, or remove the rows.",
     ] {
         assert!(says(&replayed, remark), "{:?}", replayed.remarks);
     }

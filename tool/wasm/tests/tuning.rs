@@ -197,10 +197,10 @@ fn a_gain_far_above_the_one_in_force_is_told() {
         let values = [("CYCLE", 0.1), ("GAIN", gain)];
         tuned(&with("CONT_C", Rule::Simc, Structure::Pi, lag(0.01, 100.0, 1.0), &values)).remarks
     };
-    let expected = "GAIN 4760 is 12 times the one in force: a deviation of 0.021 moves the manipulated value by 100 %, and so do noise \
-                    and the resolution of the input. A larger λ results in a lower gain.";
+    let expected = "GAIN = 4760 is 12 times the current one: a deviation of 0.021 moves the manipulated value by 100 %; \
+                    noise and the resolution of the input are amplified likewise. A larger λ results in a lower gain.";
     assert!(remarks(400.0).iter().any(|remark| remark == expected), "{:?}", remarks(400.0));
-    assert!(!remarks(1000.0).iter().any(|remark| remark.contains("times the one in force")));
+    assert!(!remarks(1000.0).iter().any(|remark| remark.contains("times the current one")));
 }
 
 #[test]
@@ -405,8 +405,8 @@ fn a_rule_gets_half_a_cycle_more_dead_time_and_gives_the_settings_and_switches_o
     assert_eq!((number(&pid, "TD"), number(&pid, "TM_LAG")), (0.528, 0.1));
     assert_eq!(
         pid.remarks[0],
-        "TM_LAG = 0.053 s is below half the time between two calls: the block uses 0.1 s, so this value is \
-         set."
+        "TM_LAG = 0.053 s is below half the time between two calls: the block would use 0.1 s, so TM_LAG is set to \
+         that."
     );
 
     (request.rule, request.structure) = (Rule::ChrSetpoint0, Structure::P);
@@ -478,7 +478,7 @@ fn numbers_without_sense_are_refused_and_cost_no_time() {
     let model = lag(1.0, 10.0, 1.0);
     let of = |values: &[(&str, f64)]| with("CONT_C", Rule::Simc, Structure::Pi, model, values);
     for cycle in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(error(&of(&[("CYCLE", cycle)])).ends_with("it must be at least one millisecond"), "{cycle}");
+        assert!(error(&of(&[("CYCLE", cycle)])).ends_with("it must be between 0.001 s and 2147483.647 s"), "{cycle}");
     }
     let long = with("PULS_CTR", Rule::Simc, Structure::Pi, model, &[("RED_FAC", 1e7)]);
     let remarks = tuned(&long).remarks;
