@@ -170,7 +170,7 @@ pub static FIGURES: [&Figure; 11] = [
     },
 ];
 
-/// The overshoot, which a prediction reports too.
+/// The overshoot, also reported by predictions.
 pub static OVERSHOOT: Figure = Figure {
     key: "overshoot",
     title: "Overshoot",
@@ -181,7 +181,7 @@ pub static OVERSHOOT: Figure = Figure {
     of: |window| window.step()?.overshoot(),
 };
 
-/// The settling time, which a prediction reports too.
+/// The settling time, also reported by predictions.
 pub static SETTLING: Figure = Figure {
     key: "settling",
     title: "Settling time",

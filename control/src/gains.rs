@@ -434,8 +434,8 @@ impl Controller {
         Ok((gain * series_ti / ti, Some(series_ti), Some(series_td)))
     }
 
-    /// Returns the settings that a block in a PLC can hold: GAIN as a REAL, times in whole milliseconds. The sentences
-    /// state the differences from the controller.
+    /// Returns the settings that a block in a PLC can hold: GAIN as a REAL, times in whole milliseconds. The second
+    /// result states, in one sentence each, how the settings differ from the controller and what the user must set.
     ///
     /// # Errors
     /// One sentence: a number that the PLC cannot represent.
@@ -506,8 +506,8 @@ impl Settings {
     }
 
     /// Returns the controller that the block computes with these settings if it is called every `cycle` seconds: it
-    /// raises TI to at least half the cycle, TD to a cycle and TM_LAG to half a cycle. The sentences state what is
-    /// raised.
+    /// raises TI to at least half the cycle, TD to a cycle and TM_LAG to half a cycle. The second result states, in one
+    /// sentence each, which times are raised.
     pub fn computed(&self, cycle: f64) -> (Controller, Vec<String>) {
         let mut remarks = Vec::new();
         let mut raised = |name: &str, time: Time, bound: &str, lowest: f64| {

@@ -51,7 +51,7 @@ const SETTLED: f64 = 0.02;
 pub struct IdentifyRequest {
     /// The recorded step.
     pub data: Data,
-    /// The method.
+    /// The identification method.
     pub method: Method,
     /// Whether the plant is integrating.
     #[serde(default)]
@@ -140,7 +140,7 @@ pub struct Model {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Identified {
-    /// The model.
+    /// The identified model.
     pub model: Model,
     /// The quality of the fit: 100 (1 - NRMSE) in percent.
     pub fit: f64,

@@ -183,7 +183,7 @@ pub struct Point {
     pub frequency: f64,
     /// The amplitude as a factor.
     pub amplitude: f64,
-    /// The phase in degrees, without jumps by 360.
+    /// The phase in degrees, without jumps of 360 degrees.
     pub phase: f64,
 }
 

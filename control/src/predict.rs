@@ -41,7 +41,7 @@ const MANUAL: f64 = 50.0;
 const STEP: f64 = 10.0;
 /// The size of the load, in percent of the manipulated value.
 const LOAD: f64 = 10.0;
-/// The maximum number of calls to simulate.
+/// The maximum number of calls to simulate after the step.
 const MOST_CALLS: usize = 200_000;
 /// The factors by which the simulated time is extended, tried in this order until the loop settles.
 const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];

@@ -136,7 +136,7 @@ pub struct Compared {
     pub first: Option<(usize, f64)>,
     /// The number of calls in which it differs.
     pub different: usize,
-    /// The largest difference.
+    /// The largest difference between a recorded and a computed value.
     pub largest: f64,
     /// The largest deviation that counts as equal.
     pub allowed: f64,
@@ -151,7 +151,7 @@ pub struct Compared {
     pub computed: Vec<f64>,
 }
 
-/// A change that was tried.
+/// An explanation that was tried: one or more changes.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Suspect {
@@ -159,7 +159,7 @@ pub struct Suspect {
     pub changes: Vec<Change>,
     /// The change made during the recording, if any.
     pub since: Option<Since>,
-    /// If exactly one of the changes is a number, the range of values that explain the recording equally well.
+    /// If exactly one of the changes is to a number, the range of its values that explain the recording equally well.
     pub range: Option<(f64, f64)>,
     /// Other settings that may be wrong instead or as well: changed together with another value of the suspect's
     /// setting, they explain the recording equally well.

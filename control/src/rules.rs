@@ -37,7 +37,7 @@ use serde::{Deserialize, Serialize};
 /// The ratio of TD to TM_LAG.
 pub const FILTER: f64 = 10.0;
 
-/// A rule.
+/// A tuning rule.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]

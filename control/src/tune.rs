@@ -47,7 +47,7 @@ const USUAL_SENSITIVITY: f64 = 2.0;
 /// would overshoot by 10 % instead of 3 %. A model with one lag does not reproduce the initial response of a plant with
 /// more lags; with a closed-loop time constant of one dead time, such a plant overshoots by up to 9 %.
 const CALMER: f64 = 1.5;
-/// The range of RATIOFAC.
+/// The range within which RATIOFAC is plausible.
 const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 
 /// The controller to tune, the plant's model and the rule.
@@ -92,7 +92,7 @@ pub struct TuneRequest {
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct Step {
-    /// The setpoint before the step; by default that of the controller.
+    /// The setpoint before the step; by default the controller's current one.
     pub from: Option<f64>,
     /// The size of the step, negative for a step down; by default, the step after which the manipulated value is 10 %
     /// higher in steady state or, if the plant is integrating, initially.
@@ -135,7 +135,7 @@ pub struct Tuned {
 pub struct RuleOutcome {
     /// The rule.
     pub rule: Rule,
-    /// Its name.
+    /// The rule's name for users.
     pub name: String,
     /// The settings, and the prediction for the same step as in all other rows.
     pub tuned: Option<Tuned>,
@@ -196,7 +196,7 @@ pub struct Load {
     /// The load at the plant's input, in percent of the manipulated value, with the sign that leaves the manipulated
     /// value more room to compensate for it.
     pub size: f64,
-    /// The largest deviation from the setpoint, in its unit.
+    /// The largest deviation from the setpoint, in the setpoint's unit.
     pub deviation: f64,
     /// The time in seconds from the load until the deviation stays within the band; `None` if it does not.
     pub recovery: Option<f64>,
@@ -540,7 +540,7 @@ fn half_rule(request: &TuneRequest, model: &Model, sampling: &str) -> Option<Str
     ))
 }
 
-/// Converts the settings into those of the block.
+/// Rounds the settings to values that the block can hold. A time that the block would raise is raised, with a remark.
 fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<String>) -> Result<Settings> {
     let sampling = controller.sampling();
     let time = |place: usize, time: f64, lowest: f64, remarks: &mut Vec<String>| {
@@ -670,7 +670,7 @@ fn looseness(controller: &Controller, request: &TuneRequest, predicted: &Predict
     })
 }
 
-/// Returns the settings under the block's names.
+/// Returns the settings under the block's names, including the switches of the actions.
 fn values(controller: &Controller, structure: Structure, settings: &Settings) -> Values {
     let numbers = [Some(settings.gain), settings.ti, settings.td, settings.td.map(|_| settings.tm_lag)];
     let numbers = controller.roles.controller.iter().zip(numbers);

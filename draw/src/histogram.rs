@@ -10,7 +10,7 @@ use std::fmt::Write;
 /// The height of the plot area in pixels.
 const HEIGHT: f64 = 230.0;
 
-/// The maximum number of bars.
+/// The approximate maximum number of bars.
 const MOST_BARS: f64 = 80.0;
 
 /// A value marked by a line, with a label.

@@ -317,8 +317,8 @@ struct Pen {
     dashes: Option<&'static str>,
 }
 
-/// Returns styles for successive curves, except those with a fixed colour. When the colours repeat, the lines are
-/// dotted.
+/// Returns a function that assigns styles to successive curves; a curve with a fixed colour keeps it. When the colours
+/// repeat, the lines are dotted.
 fn pens() -> impl FnMut(&Curve) -> Pen {
     let mut taken = 0;
     move |curve| {

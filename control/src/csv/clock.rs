@@ -1,4 +1,4 @@
-//! Times of a CSV file: seconds, milliseconds, dates and times of day.
+//! Parses the times in a CSV file: seconds, milliseconds, dates and times of day.
 
 use super::{Cells, Column, Times};
 
@@ -27,7 +27,7 @@ pub(super) const NAMES: [&str; 18] = [
 const NANOSECONDS: i64 = 1_000_000_000;
 const DAY: i64 = 86_400 * NANOSECONDS;
 
-/// A date and time of day.
+/// A date, a time of day, or both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Stamp {
     /// The number of days since 1970-01-01.

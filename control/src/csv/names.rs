@@ -1,4 +1,4 @@
-//! Recognized column names.
+//! Names by which the columns of a recording are recognized.
 
 /// Names of the setpoint, in upper case like all names below.
 pub const SETPOINTS: [&str; 4] = ["SP", "SETPOINT", "SET POINT", "SOLLWERT"];

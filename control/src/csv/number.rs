@@ -1,4 +1,4 @@
-//! Numbers and words in a CSV file.
+//! Parses numbers, and words for true, false and missing values, in a CSV file.
 
 use anyhow::{Result, bail};
 

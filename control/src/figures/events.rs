@@ -57,7 +57,7 @@ pub struct Wiring<'a> {
 pub struct Set {
     /// When, in seconds.
     pub time: f64,
-    /// `MEMBER.VARIABLE`
+    /// The variable, as `MEMBER.VARIABLE`.
     pub variable: String,
     /// The value; true is 1. `None` if the member was replaced by another one.
     pub value: Option<f64>,

@@ -178,7 +178,7 @@ impl Recording {
         self.outputs.iter().filter(|of| !of.is_boolean).map(Signal::coarsest).fold(0.0, f64::max)
     }
 
-    /// Whether any output has a value in this row that differs from the previous row.
+    /// Whether any output has a value in this row that differs from that in the previous row.
     pub(super) fn changes(&self, row: usize) -> bool {
         row > 0 && self.outputs.iter().any(|of| of.values[row] != of.values[row - 1] && !of.values[row].is_nan())
     }

@@ -60,7 +60,7 @@ impl Outcome {
         self
     }
 
-    /// Returns the possible effect of the inputs' last digits on an output.
+    /// Returns the largest possible effect of the inputs' last digits on an output in any row.
     pub(super) fn spread(&self, output: usize) -> f64 {
         self.spread.get(output).and_then(|rows| rows.last()).copied().unwrap_or_default()
     }
@@ -97,7 +97,7 @@ impl Outcome {
             .iter()
             .enumerate()
             .map(|(output, of)| (self.spread(output), of))
-            // The resolution of REAL itself is not rounding in the recording.
+            // An effect within the rounding of REAL is not due to the digits of the recording.
             .filter(|(spread, of)| *spread > of.rounding && !of.is_boolean)
             .map(|(spread, of)| format!("{} by up to {}", of.name, short(spread)))
             .collect();
@@ -186,8 +186,8 @@ impl<'a> Comparison<'a> {
         SEEDS.iter().map(|seed| self.block.simulate(self.recording, variant, rows, Some(*seed))).collect()
     }
 
-    /// Whether only switches are compared, and varying the last digits of the measured values changes at least as many
-    /// of their values as differ from the recording.
+    /// Whether only switches are compared, and varying the last digits of the measured inputs changes at least as many
+    /// values of the switches as differ from the recording.
     pub(super) fn is_within_rounding(&self, run: &Outcome) -> Result<bool> {
         let recording = self.recording;
         let is_measured = recording.inputs.iter().any(Signal::is_rounded);

@@ -143,7 +143,8 @@ impl<'a> Search<'a> {
         if found.error == 0.0 && !self.has_numbers() { self.error(other) == 0.0 } else { self.fits(other) }
     }
 
-    /// Returns the numeric settings in use that affect the outputs and are missing from the recording.
+    /// Returns the rows in the table of the numeric settings that are in use, affect the outputs and are missing from
+    /// the recording.
     pub(super) fn candidates(&self, base: &Found) -> Vec<usize> {
         let (block, recording) = (self.comparison.block, self.comparison.recording);
         let is_on = |name: &str| block.table.find(name).is_some_and(|row| self.value(&base.variant, row) != 0.0);

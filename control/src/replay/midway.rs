@@ -57,7 +57,7 @@ pub(super) struct Midway {
     pub(super) suspects: Vec<Suspect>,
 }
 
-/// Finds a setting whose change during the recording explains any of these interpretations of it.
+/// Finds settings whose change during the recording explains at least one of these interpretations of the recording.
 pub(super) fn midway(readings: &[Comparison]) -> Result<Option<Midway>> {
     let mut all = Vec::new();
     for (reading, comparison) in readings.iter().enumerate() {

@@ -311,7 +311,8 @@ impl Diagnosis<'_> {
     }
 
     /// Drops explanations that change more settings than needed: if one limit explains everything, a second one is
-    /// superfluous. If only switches are recorded and an explanation needs no tolerance, also drops those that do.
+    /// superfluous. If only switches are recorded and one explanation reproduces them exactly, also drops those that
+    /// need the tolerance.
     fn keep_likeliest(&self, tried: &mut Vec<Tried>) {
         let fits = |of: &Tried| of.outcome.different() == 0 && !of.rows.is_empty();
         // An explanation by settings needs no missed calls.
@@ -357,8 +358,9 @@ impl Diagnosis<'_> {
         found
     }
 
-    /// Adds to each explanation that fits the range of its values, and the settings that would explain the recording
-    /// equally well. Returns whether each value is determined and no alternative remains.
+    /// Determines, for each explanation that fits, the range of its value and the settings that would explain the
+    /// recording equally well, and adds them to it. Returns whether each value is certain and there are no such
+    /// settings.
     fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
         let (search, block) = (&self.search, self.comparison.block);
         let name = |row: &usize| block.table.rows[*row].name.clone();

@@ -24,8 +24,9 @@ struct Drawing<'a> {
     lines: Vec<(Pixels, &'a str)>,
     font_size: Pixels,
     symbol: Option<&'static Symbol>,
-    /// The middle of the symbol, and its magnification.
+    /// The vertical position of the middle of the symbol.
     symbol_y: Pixels,
+    /// The magnification of the symbol.
     scale: f64,
     text: &'a str,
     text_y: Pixels,
