@@ -73,7 +73,7 @@ pub enum Unit {
 /// The signals that a figure requires in addition to setpoint and process value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
-    /// Nothing.
+    /// No other signal.
     Nothing,
     /// The manipulated value.
     ManipulatedValue,

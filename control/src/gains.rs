@@ -529,7 +529,7 @@ impl Settings {
     }
 }
 
-/// Creates a controller with one gain for all actions.
+/// Creates a controller from a gain that is common to all actions.
 fn ideal(gain: f64, reset_time: Option<f64>, derivative_time: f64, lag: f64) -> Controller {
     Controller {
         proportional: gain,

@@ -47,7 +47,7 @@ const USUAL_SENSITIVITY: f64 = 2.0;
 /// would overshoot by 10 % instead of 3 %. A model with one lag does not reproduce the initial response of a plant with
 /// more lags; with a closed-loop time constant of one dead time, such a plant overshoots by up to 9 %.
 const CALMER: f64 = 1.5;
-/// The range within which RATIOFAC is plausible.
+/// The permitted range of RATIOFAC.
 const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 
 /// The controller to tune, the plant's model and the rule.
@@ -57,7 +57,7 @@ const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 pub struct TuneRequest {
     /// The plant.
     pub model: Model,
-    /// The rule.
+    /// The tuning rule.
     pub rule: Rule,
     /// P, PI or PID.
     pub structure: Structure,

@@ -69,7 +69,7 @@ impl Shape {
     }
 }
 
-/// Reduces the model's residual iteratively.
+/// Returns the model that results from reducing the residual iteratively, starting from `model`.
 pub(super) fn improved(step: &Step, shape: Shape, model: Model) -> Model {
     let mut best = (error(step, &response(step, &model)), model);
     let mut damping = 1e-6;

@@ -75,7 +75,7 @@ impl Step {
                 short(start)
             );
         }
-        // Use only samples up to half the duration of the response before the step: earlier ones do not show whether
+        // Before the step, use at most half as much time as is recorded after it: earlier samples do not show whether
         // the plant is in steady state at the step.
         let begin = (found.rest..found.first).find(|at| start - times[*at] <= duration / 2.0).unwrap_or(found.first);
         let begin = if is_integrating { begin } else { calmest(times, output, begin, found.first) };

@@ -129,7 +129,8 @@ fn judged(mut starts: Vec<Start>) -> Vec<Start> {
 }
 
 impl<'a> Start<'a> {
-    /// Returns starts with a different value of a setting that explains more rows than the search for it covered.
+    /// Returns the starts in which one setting has a different value, found in the first rows, that explains more rows
+    /// than these.
     fn before(&self) -> Result<Vec<Start<'a>>> {
         let (comparison, total) = (self.comparison, self.comparison.recording.rows);
         let rows = (self.first + BEFORE).min(total);
