@@ -121,7 +121,7 @@ pub(crate) fn law(home: &dyn Fmus, controller: &Controller) -> Result<Law> {
         let name = controller.roles.controller.get(place).filter(|_| is_on(action))?;
         Some(controller.value(name).max(lowest))
     };
-    let Some(name) = controller.roles.controller.first() else { bail!("{fmu} has no GAIN") };
+    let Some(name) = controller.roles.controller.first() else { bail!("{fmu} has no GAIN: choose a controller") };
     let gain = controller.value(name);
     if gain == 0.0 {
         bail!("{name} is 0, so the loop has no Bode plot: choose a different {name}");

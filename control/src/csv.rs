@@ -610,7 +610,10 @@ impl Cells {
         }
         let is_clock = self.dates > 0;
         if is_clock && self.numbers > 0 {
-            bail!("column {} ({name}) has dates in some rows and numbers in others: use one or the other", number + 1);
+            bail!(
+                "column {} ({name}) has dates in some rows and numbers in others: use only dates or only numbers",
+                number + 1
+            );
         }
         if is_clock {
             self.values = clock::seconds(&self.stamps);

@@ -144,7 +144,7 @@ pub static FIGURES: [&Figure; 11] = [
     &Figure {
         key: "recovery",
         title: "Recovery time",
-        meaning: "From a disturbance until the process value stays within ±2 % of the last step around the setpoint",
+        meaning: "From a disturbance until the process value stays in a band of ±2 % of the last step around the setpoint",
         unit: Unit::Seconds,
         absent: "the process value does not return to the setpoint",
         needs: Needs::Disturbance,
@@ -185,7 +185,7 @@ pub static OVERSHOOT: Figure = Figure {
 pub static SETTLING: Figure = Figure {
     key: "settling",
     title: "Settling time",
-    meaning: "From the step until the process value stays within ±2 % of the step around the setpoint",
+    meaning: "From the step until the process value stays in a band of ±2 % of the step around the setpoint",
     unit: Unit::Seconds,
     absent: "the process value does not settle",
     needs: Needs::Nothing,

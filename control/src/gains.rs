@@ -394,7 +394,10 @@ impl Controller {
             ],
             Form::Codesys => {
                 if is_filtered {
-                    return Err(format!("the D action has a filter of {} s, but the CODESYS PID has none", shown(lag)));
+                    return Err(format!(
+                        "the D action has a filter of {} s, but the CODESYS PID has none: remove the filter",
+                        shown(lag)
+                    ));
                 }
                 vec![some("KP", Some(gain)), some("TN", reset_time), some("TV", derivative_time)]
             }

@@ -23,7 +23,7 @@ fn parts() -> [f64; 2] {
 
 /// Identifies a lag from the times at which 28 % and 63 % of the response are reached.
 pub(super) fn two_points(step: &Step) -> Result<Model> {
-    let missing = "the response does not pass 28 % and 63 % of its final value";
+    let missing = "the response does not pass 28 % and 63 % of its final value: use least squares";
     let [first, second] = parts().map(|part| step.reaches(part).context(missing));
     let (first, second) = (first?, second?);
     let time_constant = 1.5 * (second - first);
@@ -98,14 +98,16 @@ fn steepest(step: &Step) -> Result<Tangent> {
     };
     let (interval, most) = (step.interval(), (step.times.len() / 10).max(2));
     let mut count = 2;
-    let mut found = steepest_of(step, count).context("the response has no slope")?;
+    let mut found =
+        steepest_of(step, count).context("the response has no slope towards its final value: use least squares")?;
     while count < most {
         let uncertainty = step.noise * 12.0_f64.sqrt() / (interval * (count as f64).powf(1.5));
         if uncertainty <= 0.05 * found.slope.abs() {
             break;
         }
         count = (count * 5 / 4 + 1).min(most);
-        found = steepest_of(step, count).context("the response has no slope")?;
+        found =
+            steepest_of(step, count).context("the response has no slope towards its final value: use least squares")?;
     }
     Ok(found)
 }

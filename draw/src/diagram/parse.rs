@@ -149,7 +149,7 @@ impl Diagram {
                 }
                 "by" => variable = words.need("the variable that controls it")?.to_string(),
                 "below" => control = Control::Below,
-                _ => bail!("contains an unexpected {word:?}: a switch has only constant, by and below"),
+                _ => bail!("contains an unexpected {word:?}: only constant, by or below may follow"),
             }
         }
         if self.elements.iter().any(|element| element.variable() == Some(&variable)) {
@@ -202,7 +202,8 @@ fn sum(words: &mut Words) -> Result<Shape> {
     let mut signs = Vec::new();
     while let Some(word) = words.next() {
         let side = Side::ALL.into_iter().find(|(name, _)| *name == word);
-        let (name, side) = side.with_context(|| format!("has {word:?} instead of left, top, bottom or right"))?;
+        let (name, side) =
+            side.with_context(|| format!("has {word:?} where left, right, top or bottom is required"))?;
         let sign = match words.need("the sign, + or -")? {
             "+" => Sign::Plus,
             "-" => Sign::Minus,
