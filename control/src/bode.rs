@@ -24,7 +24,7 @@ const BELOW: f64 = 30.0;
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct BodeRequest {
-    /// The plant.
+    /// The plant model.
     pub model: Model,
     /// The controller with the settings of the first loop.
     pub controller: Member,
@@ -36,9 +36,9 @@ pub struct BodeRequest {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Bode {
-    /// Ascending, in radians per second.
+    /// The frequencies of the points, ascending, in radians per second.
     pub frequencies: Vec<f64>,
-    /// In the order of the request.
+    /// The open loops, in the order of the request.
     pub loops: Vec<OpenLoop>,
 }
 
@@ -46,15 +46,15 @@ pub struct Bode {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct OpenLoop {
-    /// At each frequency, in dB.
+    /// The amplitude at each frequency, in dB.
     pub amplitude: Vec<f64>,
-    /// At each frequency, in degrees.
+    /// The phase at each frequency, in degrees.
     pub phase: Vec<f64>,
     /// Ms, the largest sensitivity; absent if the loop is unstable.
     pub sensitivity: Option<f64>,
     /// The gain margin, as a factor.
     pub gain_margin: Option<f64>,
-    /// In degrees.
+    /// The phase margin, in degrees.
     pub phase_margin: Option<f64>,
     /// The frequency at which the gain margin is read, in radians per second.
     pub phase_crossover: Option<f64>,

@@ -43,7 +43,7 @@ pub struct Sweep {
     pub title: String,
     /// The input that is varied, on the horizontal axis.
     pub variable: String,
-    /// Its unit.
+    /// The unit of this input.
     pub unit: Option<String>,
     /// Its values, one per point.
     pub inputs: Vec<f64>,

@@ -73,7 +73,7 @@ impl fmt::Display for Fault {
 
 impl Error for Fault {}
 
-/// A recorded table.
+/// A parsed CSV file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CsvTable {
     /// The columns in the order of the file. Text columns are left out. If dates and times of day are in separate
@@ -169,7 +169,7 @@ impl CsvTable {
         self.columns.into_iter().map(|column| column.header).collect()
     }
 
-    /// Returns the number of rows.
+    /// Returns the number of data rows.
     pub fn rows(&self) -> usize {
         self.lines.len()
     }

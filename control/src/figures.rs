@@ -42,7 +42,7 @@ pub struct Figure {
     pub title: &'static str,
     /// A short definition.
     pub meaning: &'static str,
-    /// The unit.
+    /// The unit of the value.
     pub unit: Unit,
     /// The usual reason why a run lacks the figure.
     pub absent: &'static str,
@@ -254,9 +254,9 @@ pub struct Span {
 pub struct Signals<'a> {
     /// The times of the calls in seconds.
     pub times: &'a [f64],
-    /// The setpoint.
+    /// The setpoint in each call.
     pub setpoint: &'a [f64],
-    /// The process value in the setpoint's unit.
+    /// The process value in each call, in the setpoint's unit.
     pub process_value: &'a [f64],
     /// The manipulated value; empty if the controller drives the plant by pulses, because the travel of the pulses'
     /// mean is meaningless.

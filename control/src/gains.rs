@@ -67,9 +67,9 @@ pub struct Controller {
 /// A way of writing a PID controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// The settings of the block.
+    /// The settings of a PLC block: GAIN, TI, TD, TM_LAG and the switches of the actions.
     Plc,
-    /// Three parallel gains.
+    /// Three gains in parallel: Kp, Ki and Kd.
     Parallel,
     /// A gain and two times: the ISA or standard form.
     Ideal,
@@ -482,9 +482,9 @@ impl Controller {
 /// The settings of a block in a PLC.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// GAIN.
+    /// GAIN, which applies to P, I and D.
     pub gain: f32,
-    /// P_SEL.
+    /// P_SEL: whether the P action is on.
     pub p_sel: bool,
     /// TI; `None` if I_SEL is FALSE.
     pub ti: Option<Time>,

@@ -126,7 +126,7 @@ pub struct Model {
     pub gain: f64,
     /// T in seconds; 0 for an integrating plant.
     pub time_constant: f64,
-    /// A second lag in seconds, or 0.
+    /// The time constant of a second lag in seconds; 0 if there is none.
     #[serde(default)]
     pub second_time_constant: f64,
     /// L in seconds.

@@ -198,7 +198,7 @@ struct Schedule {
     automatic: usize,
     /// The call with the new setpoint.
     step: usize,
-    /// The number of calls.
+    /// The number of calls, including those before the step.
     calls: usize,
 }
 

@@ -130,7 +130,7 @@ pub enum Conclusion {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Compared {
-    /// The variable.
+    /// The name of the output.
     pub variable: String,
     /// The 0-based index of the first call that differs, with its time in seconds.
     pub first: Option<(usize, f64)>,
@@ -145,9 +145,9 @@ pub struct Compared {
     pub noise: f64,
     /// The times of the curves to draw, in seconds.
     pub times: Vec<f64>,
-    /// The recorded values.
+    /// The recorded values at these times.
     pub recorded: Vec<f64>,
-    /// The values computed by the block.
+    /// The values computed by the block at these times.
     pub computed: Vec<f64>,
 }
 

@@ -55,7 +55,7 @@ const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct TuneRequest {
-    /// The plant.
+    /// The plant model.
     pub model: Model,
     /// The tuning rule.
     pub rule: Rule,
@@ -158,7 +158,7 @@ pub struct RatioRequest {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Ratio {
-    /// RATIOFAC.
+    /// The value for RATIOFAC.
     pub ratio: f64,
     /// The model for tuning the controller: the one with the smaller gain, but with the longer of the two dead times.
     pub model: Model,
@@ -166,17 +166,17 @@ pub struct Ratio {
     pub remarks: Vec<String>,
 }
 
-/// A simulated loop.
+/// The simulated response of a loop to a setpoint step and to a load.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Predicted {
-    /// In seconds.
+    /// The times of the points in seconds.
     pub times: Vec<f64>,
-    /// The setpoint.
+    /// The setpoint at these times.
     pub setpoint: Vec<f64>,
-    /// The process value.
+    /// The process value at these times.
     pub process_value: Vec<f64>,
-    /// The manipulated value.
+    /// The manipulated value at these times.
     pub manipulated_value: Vec<f64>,
     /// The overshoot of the process value in percent of the step.
     pub overshoot: Option<f64>,

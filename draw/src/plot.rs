@@ -123,7 +123,7 @@ pub struct Band {
 /// A curve of a variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Its name.
+    /// Its name in the drawing.
     pub name: String,
     /// The value at each point in time, held until the next one. A value that is not finite leaves a gap.
     pub values: Vec<f64>,
@@ -446,7 +446,7 @@ impl Scale {
 /// The horizontal axis.
 struct Across {
     scale: Scale,
-    /// The right end.
+    /// The right end in pixels.
     right: f64,
 }
 

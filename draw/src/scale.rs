@@ -3,7 +3,7 @@
 /// The largest drawable number. Larger ones would overflow when converted to pixels; they are left out, like infinity.
 const LARGEST: f64 = 1e300;
 
-/// A range of values.
+/// The range of values that an axis covers.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     /// The value at the lower end.

@@ -55,7 +55,7 @@ pub struct Wiring<'a> {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Set {
-    /// When, in seconds.
+    /// When it is set, in seconds.
     pub time: f64,
     /// The variable, as `MEMBER.VARIABLE`.
     pub variable: String,

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub enum Change {
     /// A setting has another value.
     Setting {
-        /// The setting.
+        /// The name of the setting.
         name: String,
         /// Its value in the replay that explains the recording.
         value: Value,
@@ -86,11 +86,11 @@ pub enum Why {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Moving {
-    /// The setting.
+    /// The name of the setting.
     pub name: String,
     /// Its first value in the recording.
     pub first: Value,
-    /// Its last value there.
+    /// Its last value in the recording.
     pub last: Value,
     /// Its value in the loop.
     pub before: Value,

@@ -46,11 +46,10 @@ pub(super) struct Recording {
     pub(super) moving: Vec<Moving>,
 }
 
-/// A variable over the rows.
+/// A variable with its value in each row.
 pub(super) struct Signal {
     /// Its row in the table.
     pub(super) row: usize,
-    /// Its name.
     pub(super) name: String,
     pub(super) kind: Kind,
     /// Its values, in seconds for a TIME. A missing value of an input is replaced with the previous one.

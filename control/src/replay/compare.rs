@@ -29,7 +29,7 @@ pub(super) struct Comparison<'a> {
     pub(super) spread: Option<&'a [Vec<f64>]>,
 }
 
-/// The result of a run.
+/// A run of the block, compared with the recording.
 #[derive(Clone)]
 pub(super) struct Outcome {
     pub(super) variant: Variant,
@@ -41,7 +41,7 @@ pub(super) struct Outcome {
     spread: Vec<Vec<f64>>,
 }
 
-/// The differences in an output.
+/// How an output differs from the recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Difference {
     /// The first row that differs.

@@ -9,11 +9,11 @@ use modeldescription::Table;
 /// A connection from one element to another. The names are those in the description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
-    /// The source element.
+    /// The name of the source element.
     pub from: String,
     /// The side at which the signal leaves the source.
     pub leaves: Option<&'static str>,
-    /// The target element.
+    /// The name of the target element.
     pub to: String,
     /// The side at which the signal enters the target; `None` at a contact or pin.
     pub enters: Option<&'static str>,

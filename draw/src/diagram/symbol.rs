@@ -5,7 +5,7 @@
 pub struct Symbol {
     /// Its name in the description.
     pub name: &'static str,
-    /// Its meaning.
+    /// A description of the function for readers.
     pub meaning: &'static str,
     /// The axes, as the data of an SVG path; may be empty.
     pub axes: &'static str,
