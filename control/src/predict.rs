@@ -5,7 +5,8 @@
 //! value, it is 50 % unless the user specifies another; the plant starts in steady state with the resulting output of
 //! the block. Then the controller is switched to automatic mode, and the setpoint steps. By default, the step is 10 %
 //! times the plant's gain, so that the manipulated value has moved by 10 % in the new steady state. For an integrating
-//! plant, it is 10 % divided by GAIN, so that the manipulated value initially moves by 10 %. The target is rounded.
+//! plant, it is 10 % divided by GAIN, so that the manipulated value initially moves by 10 %. The target of a default
+//! step is rounded.
 //!
 //! After a load, the loop has recovered once the process value stays within a band around the setpoint. The request
 //! specifies the band, which after a run depends on the run's last step; by default, the band is that of the default

@@ -771,8 +771,8 @@ fn switches(tries: &mut Tries) {
     }
 }
 
-/// Adds dead bands: none, or one as wide as the largest deviation at which the recorded manipulated value does not
-/// move.
+/// Adds dead bands: none, and up to three round numbers from the largest deviation at which the recorded manipulated
+/// value rests to the smallest at which it moves.
 fn dead_band(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
     let row = block.row(block.roles.dead_band.as_ref());
@@ -800,8 +800,8 @@ fn dead_band(tries: &mut Tries) {
     if rests.len() < 3 {
         return;
     }
-    // At its limits, the manipulated value does not move either: leave out deviations larger than one at which it
-    // moves.
+    // At its limits, the manipulated value does not move either: leave out deviations larger than the smallest at which
+    // it moves.
     rests.sort_unstable_by(f64::total_cmp);
     let low = moves.iter().copied().fold(f64::INFINITY, f64::min);
     let rests: Vec<f64> = rests.into_iter().filter(|rest| *rest <= low).collect();
