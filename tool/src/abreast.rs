@@ -1,8 +1,8 @@
-//! Instances of one block stepped side by side: one from each of several runs, which make the same ordinary steps with
-//! different values.
+//! Steps several instances of a block side by side. Each belongs to a different run; all make the same ordinary steps,
+//! with different values.
 //!
-//! The overhead of a step is paid only once: all clocks are equal, so one serves for all, and each variable is looked
-//! up once and read from all blocks.
+//! This pays the overhead of a step only once: the clocks are equal, so one clock serves all instances, and each
+//! variable is looked up once and then read from all blocks.
 
 use crate::linked::Instance;
 use blocks::table::abreast::{self, LANES, Reader, Writer};
@@ -12,11 +12,11 @@ use fmu::clock::Clock;
 use run::component::{Abreast, Wiring};
 use std::any::Any;
 
-/// Fewer instances are faster one by one: side by side, empty lanes cost as much as used ones.
+/// Fewer instances than this are faster one by one: side by side, unused vector lanes cost as much as used ones.
 const FEWEST: usize = 4;
 
-/// Combines instances; `None` unless all make the same ordinary step next and every variable can be read or set side by
-/// side.
+/// Combines instances; `None` unless their number suits the lanes, their clocks are equal, the next step of each may be
+/// an ordinary one, and all variables in `wiring` can be read or set side by side.
 pub(crate) fn combine<'a, B: Block, G: abreast::Abreast<B>>(
     instances: Vec<&'a mut dyn Any>,
     wiring: &Wiring,
@@ -45,13 +45,14 @@ pub(crate) fn combine<'a, B: Block, G: abreast::Abreast<B>>(
 
 struct Group<'a, B, G> {
     parts: Vec<(&'a mut B, &'a mut Clock)>,
-    /// The state of all blocks, copied back at the end.
+    /// The state of all blocks, copied back to `parts` at the end.
     blocks: G,
-    /// The common clock, copied back to all parts at the end.
+    /// The common clock, copied back to `parts` at the end.
     clock: Clock,
-    /// Writers of the connected inputs, each with the index of its value among the values of a run.
+    /// Writers of the connected inputs, each with the index of its source among a run's values.
     inputs: Vec<(Writer<G>, usize)>,
-    /// Readers of the outputs that other members need, each with the index at which its value is stored.
+    /// Readers of the outputs that other members need, each with the index among a run's values where its value is
+    /// stored.
     outputs: Vec<(Reader<G>, usize)>,
 }
 
@@ -80,9 +81,9 @@ impl<B: Block, G: abreast::Abreast<B>> Abreast for Group<'_, B, G> {
     }
 }
 
-/// Calls each block once. The function is compiled for each of these vector instruction sets and for the baseline; the
-/// first version that the processor supports is used. The operations are the same (none are fused), so the results are
-/// bit-identical.
+/// Calls each block once. The function is compiled for each of the instruction sets below and for the baseline; at run
+/// time, the first version that the processor supports is used. All versions perform the same operations (none are
+/// fused), so their results are bit-identical.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn call<B: Block, G: abreast::Abreast<B>>(blocks: &mut G) {
     blocks.each(

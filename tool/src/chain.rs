@@ -1,5 +1,5 @@
-//! Measuring chains start with the value they measure: the controller is called first, and must see the plant's value
-//! rather than 0.
+//! Starts each measuring chain with the value it measures: the controller is called first, and must see the plant's
+//! value rather than 0.
 
 use crate::describe::describe;
 use crate::home::Home;
@@ -7,13 +7,13 @@ use crate::message::Member;
 use crate::session::start_values;
 use run::system::own_name;
 
-/// The dialog's names for a chain's input and for its value until the first call.
+/// The dialog's names for the chain's input and for the start value of its output.
 const INPUT: &str = "input";
 const START: &str = "start";
 
-/// The members with which a run begins: until its first call, a measuring chain has the value of the measured output,
-/// unless the user set another one. If a member cannot be started, the chain is left unchanged: the run reports the
-/// reason.
+/// Returns the members with the start values for a run: a measuring chain starts at the value of the output that it
+/// measures, unless the user has set its start value. If the measured member cannot be started, the chain is left
+/// unchanged, and the run reports the reason.
 pub(crate) fn begin_at_the_plant(home: &dyn Home, members: &[Member], connections: &[(String, String)]) -> Vec<Member> {
     let mut begun = members.to_vec();
     for place in 0..begun.len() {

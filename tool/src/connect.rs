@@ -13,7 +13,7 @@ use run::fmus::number_of;
 use run::system::{Value, own_name};
 use std::ops::{Deref, DerefMut};
 
-/// The maximum number of other connections listed.
+/// The maximum number of possible connections listed in addition to the proposed ones.
 const MOST_OTHERS: usize = 2000;
 
 /// One of the two FMUs in the proposal.
@@ -39,7 +39,7 @@ impl<'m> End<'m> {
         self.description.variables.iter().filter(move |of| of.role == role)
     }
 
-    /// The current value of a setting; true is 1.
+    /// The value that the user has set for a variable, or else its start value; true is 1.
     fn value(&self, name: &str) -> f64 {
         let start = || self.variable(name).map(|of| of.start);
         self.member.values.get(name).copied().or_else(start).map_or(0.0, number_of)
@@ -51,12 +51,12 @@ impl<'m> End<'m> {
         fields.find(|field| field.name == name).is_none_or(|field| field.is_used(|name| self.value(name) != 0.0))
     }
 
-    /// The inputs that a controller can drive: the manipulated value, the pulses.
+    /// The inputs that a controller can drive: manipulated value and pulses.
     fn driven(&self) -> Vec<&String> {
         self.description.roles.driving().filter(|name| self.has_input(name)).collect()
     }
 
-    /// Whether the pulses move an actuator between two stops; without stops, the pulse width is the manipulated value.
+    /// Whether the pulses move an actuator between two stops. Without stops, the manipulated value is the pulse width.
     fn has_stops(&self) -> bool {
         self.description.roles.stops().next().is_some()
     }
@@ -70,7 +70,7 @@ impl<'m> End<'m> {
     }
 }
 
-/// How FMI reads and writes a variable of this type.
+/// The FMI type by which a variable is read and written.
 fn type_of(variable: &Variable) -> &str {
     match variable.kind.as_str() {
         "REAL" | "LREAL" | "TIME" => "Real",
@@ -136,16 +136,17 @@ fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
     plants.map(|entry| entry.name).filter(is_fitting).collect()
 }
 
-/// An unfinished proposal.
+/// A proposal under construction.
 #[derive(Default)]
 struct Draft {
     proposal: Proposal,
-    /// Inputs whose matching output does not fit, with the message to show if nothing else is connected to the input.
+    /// Inputs whose matching output has an incompatible type or unit, with the message to show if nothing else is
+    /// connected to them.
     misfits: Vec<Open>,
 }
 
 impl Draft {
-    /// Whether there is a connection from this FMU to the other.
+    /// Whether a proposed connection starts at an output of this FMU.
     fn goes_from(&self, end: &End) -> bool {
         self.connections.iter().any(|wire| own_name(&wire.from, &end.member.name).is_some())
     }
@@ -165,14 +166,15 @@ impl DerefMut for Draft {
     }
 }
 
-/// A known loop, with its controller and its plant.
+/// A known loop, with the indices of its controller and its plant among its members.
 struct Known {
     of: KnownLoop,
     controller: usize,
     plant: usize,
 }
 
-/// The known loop of these two FMUs; if there are several, one whose step is its controller's cycle.
+/// The known loop of these two FMUs; if there are several, preferably one whose communication step is its controller's
+/// cycle.
 fn known(home: &dyn Home, controller: &End, plant: &End) -> Option<Known> {
     let is = |end: &End, fmu: &str| end.member.fmu == fmu || end.description.block == fmu;
     let mut all = Vec::new();
@@ -205,7 +207,7 @@ fn known(home: &dyn Home, controller: &End, plant: &End) -> Option<Known> {
 }
 
 impl Known {
-    /// The connections between the two: an output of one, an input of the other.
+    /// The loop's connections: the FMU and name of the output, then the FMU and name of the input.
     fn wires<'a>(
         &self,
         controller: &'a End<'a>,
@@ -243,12 +245,12 @@ fn take_known(known: &Known, controller: &End, plant: &End, proposal: &mut Draft
     }
 }
 
-/// The value in a known loop, or else the start value; true is 1.
+/// A member's value in a known loop, or else the variable's start value; true is 1.
 fn number_or(values: &Values, name: &str, end: &End) -> f64 {
     values.get(name).copied().or_else(|| end.variable(name).map(|of| of.start)).map_or(0.0, number_of)
 }
 
-/// Adds a connection if both variables exist and fit, and the input is free.
+/// Adds a connection if both variables exist and fit, and the input has an effect and is not connected yet.
 fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, proposal: &mut Draft) {
     let (Some(output), Some(input)) = (from.variable(output), to.variable(input)) else { return };
     let full = to.full(&input.name);
@@ -313,7 +315,8 @@ fn by_names(controller: &End, plant: &End, proposal: &mut Draft) {
     }
 }
 
-/// If nothing is connected between the two yet, connects the only output and the only input with the same unit.
+/// For each direction without a proposed connection: connects an output to an input with the same unit if only one such
+/// pair exists.
 fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, to) in [(controller, plant), (plant, controller)] {
         if proposal.goes_from(from) {
@@ -333,7 +336,7 @@ fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
     }
 }
 
-/// Adds remarks about unconnected inputs.
+/// Adds the inputs that should be connected but are not, and remarks on the choice of plant.
 fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft) {
     let is_connected = |full: &str| proposal.connections.iter().any(|wire| wire.to == full);
     let mut open: Vec<String> = Vec::new();
@@ -368,7 +371,7 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
     }
 }
 
-/// Lists all other possible connections.
+/// Adds all other possible connections.
 fn others(controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, to) in [(controller, plant), (plant, controller)] {
         for output in from.of_role("output") {

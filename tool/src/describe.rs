@@ -1,4 +1,4 @@
-//! Descriptions: the catalogue, an FMU with its variables and groups, the loops of a parameter file; and a check of
+//! Describes the catalogue, an FMU with its variables and groups, and the loops of a parameter file; and checks
 //! settings before they are sent.
 
 use crate::home::Home;
@@ -133,7 +133,7 @@ fn foreign_groups(description: &modeldescription::Description) -> (Roles, Vec<Gr
 /// Decodes a parameter file in a message.
 ///
 /// # Errors
-/// The content is not Base64 or is too large, or the file does not have a parameter file extension.
+/// The content is not Base64 or is too large, or the file does not have the extension of a parameter file.
 pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
     if file.content.len() / 4 * 3 > LARGEST {
         bail!("{} is larger than {} MiB: split it", file.file, LARGEST >> 20);
@@ -146,10 +146,10 @@ pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
     Ok((format, Source::new(file.file.as_str(), bytes), options))
 }
 
-/// The settings of a block that are stimuli.
+/// Returns a test for whether a block's setting is a stimulus.
 ///
 /// # Errors
-/// Its documentation is faulty.
+/// The documentation of one of the block's FMUs is faulty.
 pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) -> bool + use<>> {
     let mut stimuli = Vec::new();
     for entry in home.entries() {
@@ -162,10 +162,10 @@ pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) ->
     Ok(move |name: &str| stimuli.iter().any(|stimulus| stimulus == name))
 }
 
-/// Reads a parameter file. The answer includes its problems.
+/// Reads a parameter file. Problems in the file are part of the answer, not errors.
 ///
 /// # Errors
-/// The content is not Base64.
+/// The content is not Base64, or is too large.
 pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     let refused = |message: String, help: Option<String>| Loops {
         loops: Vec::new(),
@@ -189,7 +189,7 @@ pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     })
 }
 
-/// The problems as messages. If the user chose the block, it can be chosen again.
+/// The problems as messages. If the user chose the block (`is_chosen`), each of them offers to choose another.
 fn problems(problems: Problems, is_chosen: bool) -> Vec<Problem> {
     let problem = |of: parameters::Problem| Problem {
         place: of.place.map(|place| (place.line, place.column)),
@@ -263,7 +263,7 @@ pub fn as_loop(home: &dyn Home, of: &Loop) -> Result<parameters::Loop> {
     Ok(one)
 }
 
-/// Checks settings of a block; all others are at their start values.
+/// Checks settings of an FMU; settings that are not given have their start values.
 ///
 /// # Errors
 /// No such FMU, or its documentation is faulty.
@@ -340,7 +340,7 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
     to_value(given, row.kind).map(number).map_err(|range| format!("{name} = {given:?}: {range}"))
 }
 
-/// The value as rounded by the type, in the form given.
+/// The value as rounded by the type: Boolean if a Boolean was given, a number otherwise.
 fn as_given(given: Value, held: f64) -> Value {
     match given {
         Value::Boolean(_) => Value::Boolean(held != 0.0),
@@ -348,7 +348,7 @@ fn as_given(given: Value, held: f64) -> Value {
     }
 }
 
-/// A sentence if the value is outside its recommended range.
+/// A warning if the value is outside its recommended range.
 fn outside(variable: &Variable, value: f64) -> Option<String> {
     let unit = variable.unit.as_ref().map_or_else(String::new, |unit| format!(" {}", units::shown(unit)));
     let (bound, which) = match (variable.min, variable.max) {
@@ -362,7 +362,7 @@ fn outside(variable: &Variable, value: f64) -> Option<String> {
 /// The block's advice on its settings.
 fn advice(home: &dyn Home, table: &Table, value: &dyn Fn(&str) -> f64, refused: &[Remark]) -> Vec<Remark> {
     if refused.iter().any(|remark| remark.is_error) {
-        // Otherwise, the block would judge values other than the user's.
+        // The start values would replace the invalid values, and the advice would not apply to the user's settings.
         return Vec::new();
     }
     let Some(block) = home.blocks().into_iter().find(|block| block.name == table.name) else { return Vec::new() };

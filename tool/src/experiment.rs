@@ -1,9 +1,9 @@
 //! Experiments with the running loop, each in one request: an actuator step in manual mode, and a relay test.
 //!
-//! Both begin in the same way: the manual value is set to the current position of the actuator, the controller is
-//! switched to manual mode, and calls are made until the process value has settled. At the end, the actuator returns,
-//! the plant follows, and mode and manual value are restored; the setpoint never changes. All actions are recorded
-//! like those of a user.
+//! Both begin in the same way: the controller is switched to manual mode, the manual value is set so that the actuator
+//! stays where it is, and calls are made until the process value has settled. At the end, the actuator returns to its
+//! initial position, the plant follows, and mode and manual value are restored; the setpoint never changes. All actions
+//! are recorded like those of a user.
 
 use self::bench::Bench;
 use crate::describe::describe;
@@ -18,40 +18,41 @@ use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// The number of calls before the first check whether the process value has settled.
+/// The minimum number of values for a check whether they have settled.
 const FIRST: usize = 40;
-/// A process value has settled if it moves by less than this fraction of its range so far.
+/// During a test, the process value counts as settled if its drift is below this fraction of its range so far.
 const REST: f64 = 0.005;
-/// The same fraction for a run that ends by itself, where the visible response must be complete: the resolution of a
-/// step's figures.
+/// The same fraction for a run until the loop has settled, where the visible response must be complete: the resolution
+/// of a step's figures.
 const SETTLED: f64 = 0.001;
 /// A variable that has moved little since the user's last action has also settled if it moves by less than this
-/// fraction of its range in the run.
+/// fraction of its range in the whole run.
 const UNSEEN: f64 = 0.0001;
-/// The minimum number of times that the controller acts in such a run, once per pulse period: otherwise, a dead time
-/// would count as settled.
+/// The minimum number of pulse periods (calls, if there are no pulses) before such a run can count as settled: a
+/// shorter wait could mistake a dead time for a settled loop.
 const WATCHED: usize = 200;
-/// A run oscillates if the width of its last third exceeds this fraction of its range: the band of 2 % on both sides
+/// A run oscillates if its values vary by more than this fraction of their range in the last third: the band of ±2 %
 /// within which a step counts as settled.
 const BAND: f64 = 0.04;
-/// The minimum number of times that an oscillation crosses its mean in two periods.
+/// The minimum number of times that an oscillation must cross its mean in the last third: two periods.
 const CROSSINGS: usize = 4;
-/// In a loop without a process value, at most this many variables are watched.
+/// A loop without a process value is not watched if it records more variables than this.
 const MOST_VARIABLES: usize = 200;
-/// An oscillation whose width grows by this factor is still increasing; with pulses, which have a minimum length, the
-/// width always varies.
+/// An oscillation that grows by this factor is still increasing. With pulses, a larger factor is needed: because of
+/// their minimum length, the amplitude always varies.
 const GROWN: f64 = 1.01;
 const GROWN_BY_PULSES: f64 = 1.25;
-/// A value has moved if it differs by this many times the noise.
+/// A process value has moved if it differs by this many times the noise.
 const MOVED: f64 = 8.0;
-/// It must also differ by this many times its smallest increment.
+/// It must also differ by this many times its resolution.
 const COUNTS: f64 = 5.0;
-/// A step controller first moves its actuator by this fraction of the step, in the same direction.
+/// With pulses, the actuator is first moved by this fraction of the step in the same direction, to take up its
+/// backlash.
 const TAKEN_UP: f64 = 0.25;
-/// The response is recorded for this many times the pulse length: if the pulse lasts for much of the response, it is
-/// not a step.
+/// The response is recorded for at least this many times the pulse length: a pulse that lasts for much of the response
+/// is not a step.
 const LONG: usize = 12;
-/// The number of calls in a pulse period, assumed until there are pulses: longer than usual.
+/// The pulse period in calls that is assumed until it can be measured: longer than usual.
 const UNKNOWN_PERIOD: usize = 100;
 
 /// A step in the manual value.
@@ -59,8 +60,8 @@ const UNKNOWN_PERIOD: usize = 100;
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct StepTest {
-    /// The step in the manipulated value, in its unit; negative for down. If it exceeds a limit and the opposite step
-    /// does not, the direction is reversed.
+    /// The step in the manipulated value, in its unit; negative for down. If it would exceed a limit and the opposite
+    /// step would not, the direction is reversed.
     pub size: f64,
     /// The method of identification.
     pub method: Method,
@@ -77,7 +78,7 @@ pub struct StepTested {
     pub state: State,
     /// When the hold of the plant began, in seconds.
     pub from: f64,
-    /// The last call used for identification, in seconds: later ones restore the loop.
+    /// The time of the last call used for identification, in seconds; later calls restore the loop.
     pub to: f64,
     /// The time of the step in the manipulated value, in seconds.
     pub step: f64,
@@ -107,7 +108,7 @@ pub struct RelayTested {
     pub from: f64,
     /// Ultimate gain, and ultimate period in seconds: the inputs of the Ziegler–Nichols rule.
     pub ultimate: (f64, f64),
-    /// The amplitude of the process value while the relay switches.
+    /// The amplitude of the process value while the relay switches, in its unit.
     pub swing: f64,
     /// The deviation of the process value at which the relay switched, in its unit.
     pub hysteresis: f64,
@@ -118,7 +119,7 @@ pub struct RelayTested {
     pub remarks: Vec<String>,
 }
 
-/// Automatic mode, settled at a setpoint, from which a step can begin.
+/// A request to settle the loop in automatic mode at a setpoint, from which a step can begin.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -127,7 +128,7 @@ pub struct RestAt {
     pub setpoint: f64,
 }
 
-/// A run until the loop has settled.
+/// A request to run until the loop has settled.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -146,8 +147,8 @@ pub struct Settled {
     pub state: State,
     /// Whether the loop has settled.
     pub is_at_rest: bool,
-    /// Whether it oscillates steadily instead, and would continue to. If neither, all calls were made, or the run has
-    /// failed.
+    /// Whether it oscillates steadily instead, and would continue to. If neither is true, all calls were made, or the
+    /// run has failed.
     pub swings: bool,
 }
 
@@ -186,7 +187,7 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
     }
 }
 
-/// The number of calls in a period of the controller's own pulses, in which it acts once; 1 without pulses.
+/// The number of calls in a period of the controller's own pulses; 1 without pulses.
 fn period_in_calls(home: &dyn Home, record: &Record) -> usize {
     let controller = record.members().next().and_then(|member| Controller::new(home, member).ok());
     controller.map_or(1, |controller| controller.period_in_calls(record.step()))
@@ -201,8 +202,8 @@ struct Watched {
 }
 
 impl Watched {
-    /// Process value and manipulated value; in a loop without them, all recorded variables. `None` if there are too
-    /// many.
+    /// Process value and manipulated value; in a loop without them, all recorded variables. `None` if they are too many
+    /// or have no values.
     fn new(home: &dyn Home, record: &Record, from: Option<f64>) -> Option<Watched> {
         if let Ok(signals) = Signals::new(home, record, from, None) {
             return Some(Watched { values: vec![signals.process_value, signals.manipulated_value], swinging: 1 });
@@ -211,7 +212,7 @@ impl Watched {
         let calls = record.calls_between(from, None);
         let calls = calls.start.max(record.trace().exact().start)..calls.end;
         let values = |column| record.trace().column(column, calls.clone()).collect::<Vec<_>>();
-        // A member that was replaced no longer has values.
+        // The variables of a replaced member are NaN.
         let is_there = |values: &Vec<f64>| values.last().is_none_or(|last| !last.is_nan());
         let values: Vec<_> =
             if columns > MOST_VARIABLES { Vec::new() } else { (0..columns).map(values).filter(is_there).collect() };
@@ -238,7 +239,7 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
         let (switch, process_value) = (name(switch), name(process_value));
         let mut values = session.state()?.values;
         if values.get(switch.as_str()) == Some(&Value::Boolean(true)) {
-            // A block that has not been called has no process value yet.
+            // A block that has not been called yet has no process value.
             if session.record(None)?.calls() == 0 {
                 values = session.run(1)?.values;
             }
@@ -294,7 +295,7 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
     let (level, noise) = (mean(before), noise(before));
     let step = bench.next_time()?;
     let calls = bench.put(bench.away()? + size)?;
-    // If an analog word has moved by one count, the response has hardly begun.
+    // A change by a single count of an analog word does not show yet that the plant has responded.
     let has_moved = |values: &[f64]| {
         if values.len() < LONG * calls {
             return false;
@@ -355,8 +356,8 @@ fn noise(values: &[f64]) -> f64 {
     (changes.iter().map(|change| change * change).sum::<f64>() / (6.0 * changes.len().max(1) as f64)).sqrt()
 }
 
-/// Whether the last third of the values is constant within this fraction of their range, allowing for noise. An empty
-/// list has settled.
+/// Whether the mean is the same in both halves of the values' last third, within the fraction `part` of their range
+/// plus noise. An empty list has settled.
 fn is_at_rest(values: &[f64], part: f64) -> bool {
     if values.is_empty() {
         return true;
@@ -367,8 +368,8 @@ fn is_at_rest(values: &[f64], part: f64) -> bool {
     values.len() >= FIRST && (mean(second) - mean(first)).abs() <= part * width(values) + seen
 }
 
-/// Whether the last third of values that have roughly settled stays within the resolution of the figures, or oscillates
-/// evenly around its mean: at a turning point it does neither. `all` holds the values of the whole run.
+/// Whether the last third of values that pass [`is_at_rest`] stays within the resolution of the figures, or oscillates
+/// evenly around its mean. Values at a turning point do neither. `all` holds the values of the whole run.
 fn has_settled(values: &[f64], all: &[f64], grown: f64) -> bool {
     let last = &values[values.len() * 2 / 3..];
     let mean = mean(last);
@@ -380,8 +381,8 @@ fn has_settled(values: &[f64], all: &[f64], grown: f64) -> bool {
     values.is_empty() || is_even || width(last) <= unseen
 }
 
-/// Whether values that have roughly settled oscillate by more than the noise and by a visible fraction of the range of
-/// `all`, the values of the run.
+/// Whether values that pass [`has_settled`] oscillate by more than the noise and by a visible fraction of the range of
+/// `all`, the values of the whole run.
 fn swings(values: &[f64], all: &[f64]) -> bool {
     let magnitude = values.iter().fold(0.0_f64, |magnitude, value| magnitude.max(value.abs()));
     let unseen = (BAND * width(all)).max(SETTLED * magnitude).max(MOVED * noise(values));

@@ -1,4 +1,4 @@
-//! Exported results: files as text or bytes.
+//! Exports results as files.
 
 use crate::chain::begin_at_the_plant;
 use crate::describe::{as_loop, describe, opened, stimuli_of_block};
@@ -29,14 +29,14 @@ const LONGEST_DESCRIPTION: usize = 1 << 20;
 pub enum ExportRequest {
     /// Loops as a parameter file.
     Parameters {
-        /// `awl`, `scl`, `db`, `xml`, `json`, `ssv`: the extension of the file.
+        /// The extension of the file: `awl`, `scl`, `db`, `xml`, `json`, `ssv`.
         format: String,
         /// The loops with their values.
         loops: Vec<Loop>,
         /// The origin of the values, for a comment.
         origin: String,
-        /// Whether the file contains the current stimuli: setpoint, manual value and the like. By default they have the
-        /// value of their original file, or the block's start value.
+        /// Whether the file contains the current stimuli (setpoint, manual value and the like). Otherwise, stimuli have
+        /// the values of the file from which the loop was read, or are left out.
         #[serde(default)]
         stimuli: bool,
     },
@@ -46,7 +46,7 @@ pub enum ExportRequest {
         file: ReadFile,
         /// The loops of the file with changed values.
         loops: Vec<Loop>,
-        /// Whether the file contains the current stimuli, as for a new parameter file.
+        /// Whether the file contains the current stimuli; otherwise, they keep the values of the file.
         #[serde(default)]
         stimuli: bool,
     },
@@ -56,7 +56,7 @@ pub enum ExportRequest {
         #[serde(default)]
         run: Option<usize>,
     },
-    /// A run as CSV, with every call that is still stored.
+    /// A run as CSV, with every call that is still stored individually.
     Csv {
         /// The run; by default the current one.
         #[serde(default)]
@@ -73,7 +73,7 @@ pub enum ExportRequest {
     Report {
         /// The loop with its values.
         of: Loop,
-        /// The previous values, for comparison; may be empty.
+        /// The loop's previous values, for comparison; may be empty.
         #[serde(default)]
         before: Vec<crate::message::LoopValue>,
         /// The run; by default the current one.
@@ -85,10 +85,10 @@ pub enum ExportRequest {
         /// The date of the report, as displayed.
         #[serde(default)]
         date: Option<String>,
-        /// The origin of the settings.
+        /// How the settings were computed, if a rule was applied.
         #[serde(default)]
         tuning: Option<Box<Tuning>>,
-        /// The compared runs of the same step, the earliest first.
+        /// The runs to compare, all with the same step, the earliest first.
         #[serde(default)]
         runs: Vec<ReportedRun>,
         /// The replays of a recording, in order.
@@ -209,7 +209,8 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     Ok(Exported::new(format!("{name}.{ending}"), kind.media_type(), content, remarks))
 }
 
-/// The loops without their stimuli, unless these are requested.
+/// The loops with their stimuli as in their files, or without those that their files do not contain; unchanged if
+/// `stimuli` is true.
 fn of_settings(home: &dyn Home, loops: &[Loop], stimuli: bool) -> Result<Vec<Loop>> {
     let mut loops = loops.to_vec();
     if stimuli {
@@ -232,7 +233,7 @@ fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> 
     let blocks = home.blocks();
     let before = parameters::read(format, &source, &blocks, &options);
     let before = before.map_err(|_| anyhow::anyhow!("{} can no longer be read", file.file))?.loops;
-    // Settings that a message omits keep their values.
+    // Settings that the request omits keep the values of the file.
     let whole = |of: &Loop| -> Result<parameters::Loop> {
         let given = as_loop(home, of)?;
         let own = before.iter().find(|own| own.name == of.name && own.block.name == given.block.name);
@@ -314,7 +315,7 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
     Ok((text, remarks))
 }
 
-/// The first calls of a run as a system for `plcfmu run`.
+/// The first `calls` calls of a run as a system for `plcfmu run`.
 fn system(home: &dyn Home, record: &Record, calls: usize) -> System {
     let setup = record.setup();
     let set = |variable: String, value, time| Setting { variable, value, time, is_preliminary: false, place: None };

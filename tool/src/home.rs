@@ -1,4 +1,4 @@
-//! The home of the tool: the catalogue that it shows.
+//! The home of the engine: where its catalogue of FMUs, blocks and loops comes from.
 
 use crate::message::{Entry, KnownLoop};
 use anyhow::Result;
@@ -7,7 +7,7 @@ use parameters::BlockType;
 use run::fmus::Fmus;
 use std::sync::Arc;
 
-/// A home of the engine: the page with the blocks linked in, or the command with FMUs.
+/// The environment of the engine: the page, with the blocks linked in, or the command, with FMUs.
 pub trait Home: Fmus {
     /// The available FMUs.
     fn entries(&self) -> Vec<Entry>;
@@ -15,7 +15,7 @@ pub trait Home: Fmus {
     /// Loops that are known to work.
     fn known_loops(&self) -> Vec<KnownLoop>;
 
-    /// The blocks of the catalogue, whose parameter files can be read and written.
+    /// The blocks whose parameter files can be read and written.
     fn blocks(&self) -> Vec<Arc<BlockType>>;
 
     /// The home's FMU of a block with other start values, as bytes.

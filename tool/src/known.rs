@@ -20,11 +20,11 @@ fn known(name: &str, text: &str) -> Result<KnownLoop> {
     Ok(KnownLoop { title: title.into(), about: about.into(), ..described(name, text)? })
 }
 
-/// Reads a description of a loop; errors call it `name`. Its FMUs are named after their files, and its times begin at
-/// 0.
+/// Reads a description of a loop from `text`; errors refer to it as `name`. Its FMUs are named after their files, and
+/// its times are shifted to begin at 0.
 ///
 /// # Errors
-/// A problem with line and column; it has no FMU, or needs a parameter file.
+/// The description is faulty (with line and column), has no FMU, or needs a parameter file.
 pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     let system = file::parse(name, text)?;
     if system.members.is_empty() {
@@ -51,7 +51,7 @@ pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     Ok(KnownLoop { title: name.clone(), name, about: String::new(), setup, stop, events, programs })
 }
 
-/// A member that is a program. A page identifies files by name only.
+/// A member that is a program, with its sources listed by file name only: the page does not know their folders.
 fn made_of(member: String, mut program: Manifest) -> MadeOf {
     let own = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let sources = program.sources.iter().map(own).collect();

@@ -1,5 +1,5 @@
 //! An instance of a block or program that runs in this process, without a C interface. It performs the same checks as
-//! an instance called through one, with the same messages.
+//! an instance called through the C interface, with the same messages.
 
 use crate::abreast;
 use anyhow::{Context, Result, anyhow, ensure};
@@ -18,7 +18,7 @@ use fmu::v2::{Fmi2, status_name};
 use run::component::{Combine, Component, Force, Reset, Side, Type};
 use std::ffi::c_int;
 
-/// An instance.
+/// An instance of a block or program.
 pub struct Instance<B: Cyclic> {
     component: component::Component<B>,
     /// Buffers for Integers and Booleans; kept, so that a step allocates nothing.
@@ -26,7 +26,7 @@ pub struct Instance<B: Cyclic> {
     booleans: Vec<Boolean>,
     /// The forced rows, with their values.
     forced: Vec<(usize, Value)>,
-    /// Combines this instance with those of other runs.
+    /// Combines this instance with those of other runs, to step them side by side; `None` if it cannot be combined.
     combine: Option<Combine>,
 }
 
@@ -63,7 +63,7 @@ impl<B: Cyclic> Instance<B> {
         Ok(Instance { component, integers: Vec::new(), booleans: Vec::new(), forced: Vec::new(), combine: None })
     }
 
-    /// The block it calls, with its current values.
+    /// The block, with its current values.
     pub fn block(&self) -> &B {
         self.component.instance.block()
     }
@@ -74,12 +74,12 @@ impl<B: Cyclic> Instance<B> {
         if instance.may(&Function::fmi2DoStep).is_ok() { instance.ordinary_parts() } else { None }
     }
 
-    /// Takes the advice to the user about the last step, which succeeded nevertheless.
+    /// Removes and returns the advice for the user, such as a program's warnings in the last step.
     pub fn take_advice(&mut self) -> Vec<String> {
         std::mem::take(&mut self.component.advice)
     }
 
-    /// Calls a function as the C interface does: only if it may be called now.
+    /// Calls a function as the C interface does: only if the instance's state permits it.
     fn call(
         &mut self,
         function: &Function,
@@ -92,7 +92,7 @@ impl<B: Cyclic> Instance<B> {
         })
     }
 
-    /// Writes the forced values.
+    /// Writes the forced values into the block.
     #[inline]
     fn hold(&mut self) {
         for (row, value) in &self.forced {

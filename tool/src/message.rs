@@ -1,6 +1,6 @@
-//! The messages of the engine: a [`Request`](crate::Request) in, an [`Answer`] out, each a JSON object.
+//! The engine's messages: each [`Request`](crate::Request) gets an [`Answer`]; both are JSON objects.
 //!
-//! The page sends the same requests to the engine in WebAssembly and to the one behind `plcfmu tool`.
+//! The page sends the same requests to the engine in WebAssembly as to that of `plcfmu tool`.
 //!
 //! ```json
 //! {"do": "start", "members": [{"name": "TIC101", "fmu": "PUMP", "values": {"GAIN": 2.0}}], "connections": []}
@@ -26,7 +26,7 @@ pub struct Catalogue {
     pub fmus: Vec<Entry>,
     /// Loops that are known to work: examples for connections and settings.
     pub loops: Vec<KnownLoop>,
-    /// The kinds of parameter files that can be written: extensions and titles.
+    /// The formats of parameter files that can be written: extension and title of each.
     pub formats: Vec<(String, String)>,
 }
 
@@ -38,7 +38,7 @@ pub struct Entry {
     pub name: String,
     /// A summary in one sentence.
     pub summary: String,
-    /// Its role in a loop.
+    /// Its role in a loop, such as controller or plant.
     pub part: LoopRole,
     /// Whether it is a foreign FMU: third-party native code.
     pub is_foreign: bool,
@@ -52,11 +52,11 @@ pub struct KnownLoop {
     pub name: String,
     /// Its title.
     pub title: String,
-    /// Its special feature, or empty.
+    /// What is special about it, in a sentence; may be empty.
     pub about: String,
     /// Its members and connections.
     pub setup: Setup,
-    /// The length of its run in the description, in seconds.
+    /// The duration of the run in its description, in seconds.
     pub stop: Option<f64>,
     /// The settings made during the run: the time in seconds, `MEMBER.VARIABLE`, and the value.
     pub events: Vec<(f64, String, Value)>,
@@ -68,16 +68,16 @@ pub struct KnownLoop {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct MadeOf {
-    /// The member.
+    /// The member's name.
     pub member: String,
     /// The names of its sources, without folders.
     pub sources: Vec<String>,
-    /// How it is built from them. The sources themselves are missing.
+    /// How it is built from them; its list of files is empty.
     pub program: Program,
 }
 
-/// The sources of a program, and how it is built from them. The defaults are those of `plcfmu build`; the default cycle
-/// is proposed by the sources.
+/// The sources of a program, and how it is built from them. The defaults are those of `plcfmu build`, except that the
+/// cycle is proposed from the sources.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
@@ -100,7 +100,7 @@ pub struct SourceFile {
     pub content: String,
 }
 
-/// An FMU as displayed by a dialog.
+/// An FMU as needed by its dialog.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Description {
@@ -110,9 +110,9 @@ pub struct Description {
     pub block: String,
     /// A summary in one sentence.
     pub summary: String,
-    /// The other names by which a PLC project may call the block.
+    /// Other names of the block in PLC projects.
     pub aliases: Vec<String>,
-    /// Its role in a loop.
+    /// Its role in a loop, such as controller or plant.
     pub part: LoopRole,
     /// The variable that holds the time between two calls; `None` for a foreign FMU.
     pub cycle: Option<String>,
@@ -134,7 +134,7 @@ pub struct Variable {
     pub description: String,
     /// Its PLC type, such as `REAL`; in a foreign FMU its FMI type, such as `Real`.
     pub kind: String,
-    /// `input`, `parameter`, `fixed`, `cycle`, `output`, `local`
+    /// Its role in the block: `input`, `parameter`, `fixed`, `cycle`, `output` or `local`.
     #[cfg_attr(test, ts(type = "\"input\" | \"parameter\" | \"fixed\" | \"cycle\" | \"output\" | \"local\""))]
     pub role: String,
     /// Whether it can be set while the loop runs.
@@ -147,11 +147,11 @@ pub struct Variable {
     pub min: Option<f64>,
     /// The highest sensible value.
     pub max: Option<f64>,
-    /// Its physical unit; s for a TIME.
+    /// Its physical unit; `s` for a TIME.
     pub unit: Option<String>,
 }
 
-/// A parameter file.
+/// A parameter file to read.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct ReadFile {
@@ -173,7 +173,7 @@ pub struct ReadFile {
 pub struct Loops {
     /// The loops, in the order of the file; empty if the file is faulty.
     pub loops: Vec<Loop>,
-    /// Problems, and remarks for the user.
+    /// The problems, or remarks for the user if the file can be used.
     pub problems: Vec<Problem>,
     /// Whether the file could not be used.
     pub is_refused: bool,
@@ -189,11 +189,11 @@ pub struct Loop {
     pub title: Option<String>,
     /// The name of its block in the catalogue.
     pub block: String,
-    /// The time between two calls.
+    /// The time between two calls, in seconds.
     pub cycle: Option<f64>,
     /// Its values.
     pub settings: Vec<LoopValue>,
-    /// Effects of the settings that a user may not expect, and values out of range.
+    /// Warnings about unexpected effects of the settings and about values out of range.
     pub warnings: Vec<String>,
 }
 
@@ -207,7 +207,7 @@ pub struct LoopValue {
     pub value: Value,
     /// The origin of the value, such as `plant.awl:12:8`; `None` for the block's start value.
     pub origin: Option<String>,
-    /// The value in the file, if the current value differs.
+    /// The value in the file from which the loop was read, if the current value differs.
     #[serde(default)]
     pub file: Option<Value>,
 }
@@ -216,7 +216,7 @@ pub struct LoopValue {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Problem {
-    /// The 1-based line and column, if it has a place.
+    /// The 1-based line and column, if the problem concerns a place in the file.
     pub place: Option<(usize, usize)>,
     /// The problem.
     pub message: String,
@@ -226,15 +226,15 @@ pub struct Problem {
     pub asks_for_block: bool,
 }
 
-/// The check of a block's settings.
+/// The result of checking a block's settings.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Checked {
-    /// Sentences, each with the settings that it names.
+    /// Remarks, each with the variables concerned.
     pub remarks: Vec<Remark>,
     /// The settings without effect in combination with the others, by name.
     pub unused: Vec<String>,
-    /// The values as held by the PLC's types, where they differ from the given ones.
+    /// The values as rounded by the PLC types, where they differ from those given.
     pub rounded: Values,
 }
 
@@ -263,7 +263,7 @@ pub struct Proposal {
     /// The communication step for them; by default the controller's cycle.
     #[serde(default)]
     pub step: Option<f64>,
-    /// When values pass from output to input, in the known loop on which the proposal is based.
+    /// When values pass from output to input, as in the known loop on which the proposal is based.
     #[serde(default)]
     pub exchange: Exchange,
     /// Unconnected inputs that need a connection.
@@ -324,17 +324,17 @@ pub struct State {
     pub step: f64,
     /// The values of all variables in the row of the last call, by `MEMBER.VARIABLE`.
     pub values: Values,
-    /// The values after the last call if members act in parallel, where the outputs in the row are those of the
+    /// In a parallel exchange: the values after the last call, because the outputs in `values` are those of the
     /// previous call.
     pub after: Option<Values>,
     /// The forced values, by `MEMBER.VARIABLE`.
     pub forced: Values,
     /// Why the run has ended: which FMU failed, and its messages.
     pub failure: Option<String>,
-    /// Whether the last calls ended because their condition became true.
+    /// Whether the calls of this request ended because its condition became true.
     #[serde(default)]
     pub is_met: bool,
-    /// Remarks of the FMUs and the plan since the last answer, a sentence each.
+    /// Remarks since the last answer, from the FMUs and from checking the setup, a sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -355,21 +355,21 @@ pub struct View {
     pub to: Option<f64>,
     /// The maximum number of points.
     pub points: usize,
-    /// The variables to average, each with the number of seconds to average over, ending with the call itself: for
+    /// The variables to average, each with the time to average over, in seconds, up to and including each call; for
     /// pulses, their period.
     #[serde(default)]
     pub means: Option<BTreeMap<String, f64>>,
 }
 
-/// Curves: each row is a call. If they are not exact, each pair of rows represents a group of calls, at the times of
-/// its first and its last one, with the lowest and the highest value of each variable in the group, in the order in
-/// which they occur.
+/// Curves. If they are exact, each row is a call. Otherwise, each pair of rows represents a group of calls: their times
+/// are those of its first and its last call; their values are the lowest and the highest value of each variable in the
+/// group, in the order in which they occur.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Curves {
     /// The times in seconds.
     pub times: Vec<f64>,
-    /// The values of each variable at these times; `null` stands for NaN; true is 1.
+    /// The values of each variable at these times; NaN is `null`, true is 1.
     #[cfg_attr(test, ts(type = "(number | null)[][]"))]
     pub values: Vec<Vec<f64>>,
     /// Their units.
@@ -390,7 +390,7 @@ pub struct Events {
     pub calls: usize,
 }
 
-/// A value that was set while the loop ran.
+/// A variable that was set while the loop ran.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Event {
@@ -418,7 +418,7 @@ pub enum Act {
     Set,
     /// Once, for any variable.
     Write,
-    /// For every call from then on, for any variable.
+    /// For every call from this one onward, for any variable.
     Force,
     /// No longer forced.
     Release,
@@ -439,7 +439,8 @@ pub struct FiguresRequest {
     pub run: Option<usize>,
     /// The beginning in seconds; by default that of the last step.
     pub from: Option<f64>,
-    /// The end in seconds; if neither end nor beginning is given, that of the last step's window.
+    /// The end in seconds; by default that of the last step's window if no beginning is given either, else the last
+    /// call.
     pub to: Option<f64>,
     /// The unit of the process value, if its variable has none.
     pub unit: Option<String>,
@@ -457,7 +458,7 @@ pub struct Tried {
     pub figures: Option<Figures>,
 }
 
-/// The figures of a run that its signals permit.
+/// The figures that can be computed from a run's signals.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Figures {
@@ -467,11 +468,11 @@ pub struct Figures {
     pub to: f64,
     /// The step to which they belong: two runs with the same step over the same time can be compared.
     pub step: Option<Happened>,
-    /// The disturbance to which the figures of a disturbance belong.
+    /// The disturbance to which the disturbance figures belong.
     pub disturbance: Option<Happened>,
     /// The figures, in display order.
     pub figures: Vec<Figure>,
-    /// The missing figures, and the reasons.
+    /// Which figures are missing, and why.
     pub remarks: Vec<String>,
 }
 
@@ -504,6 +505,6 @@ pub enum Answer {
 /// Why a request was rejected.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Error {
-    /// The problem, with name and value, and the remedy: one sentence.
+    /// The problem, with the name and value concerned, and the remedy, in one sentence.
     pub message: String,
 }

@@ -1,7 +1,8 @@
-//! Presets: FMUs that have a block's library but their own start values. A preset consists of the files in which it
+//! Presets: FMUs with a block's library but other start values. Here, a preset consists only of the files in which it
 //! differs from the block's FMU.
 //!
-//! The caller handles the archive: the command, or the page, whose WebAssembly has no space for one.
+//! The caller packs the archive: the command, or the page's JavaScript, because the WebAssembly has no space for ZIP
+//! code.
 
 pub mod page;
 
@@ -29,7 +30,7 @@ pub const PAGE: &str = "documentation/index.html";
 /// source. A folder ends with `/`.
 const LEFT_OUT: [&str; 3] = ["extra/org.fmi-standard.fmi-ls-ref/", "documentation/fmi-ls-ref.txt", "sources/"];
 
-/// Device names in Windows, with any extension.
+/// Device names in Windows, which cannot be file names, whatever the extension.
 const DEVICES: [&str; 4] = ["CON", "PRN", "AUX", "NUL"];
 
 /// The path of the start values in a preset.
@@ -37,7 +38,7 @@ pub fn path() -> String {
     format!("resources/{}", start::FILE)
 }
 
-/// The GUID of a preset with these start values.
+/// The GUID of a preset; `text` is its file of start values.
 pub fn guid_of(text: &str) -> String {
     String::from_utf8_lossy(&fingerprint::text(start::fingerprint(text.as_bytes()))).into_owned()
 }
@@ -49,7 +50,7 @@ pub struct Original<'a> {
     pub xml: &'a ModelDescription,
     /// Its model description, expanded.
     pub description: &'a Description,
-    /// The GUID or token of the block's own FMU: its own, unless it is a preset itself.
+    /// The GUID or token of the block's own FMU. It differs from this FMU's if this FMU is itself a preset.
     pub library: &'a str,
     /// Its documentation, if it has one.
     pub page: Option<&'a str>,
@@ -72,7 +73,7 @@ pub struct Preset {
 }
 
 impl Original<'_> {
-    /// The FMU with the values of a loop as its start values.
+    /// Creates a preset whose start values are the values of a loop.
     ///
     /// # Errors
     /// The FMU is not for the loop's block, or rejects a value.
@@ -108,12 +109,12 @@ impl Original<'_> {
         Ok(Preset { name, guid, files, left_out, remarks: values.warnings() })
     }
 
-    /// The positions of a block's members among the variables. Fails for a block other than this FMU's.
+    /// The positions of a block's members among the FMU's variables. Fails if the block is not this FMU's.
     fn places(&self, own: &str, block: &BlockType) -> Result<Vec<usize>> {
         ensure!(block.name == own, "it is an FMU for {own}, not for {}", block.name);
         let variables = &self.description.variables;
         let other = "it was built from another version of the block";
-        // Time is not a block variable, and strings have no place in a preset.
+        // The variable for time does not belong to the block, and presets have no strings.
         let is_own = |of: &&Variable| of.kind.is_some() && of.causality != Causality::Independent;
         let count = variables.iter().filter(is_own).count();
         ensure!(count == block.members.len(), "{other}: it has {count} variables");
@@ -157,7 +158,8 @@ impl Original<'_> {
     }
 }
 
-/// The name as an identifier that C and every file system accept: letters, digits and underscores.
+/// Converts a name to an identifier that is valid in C and as a file name on any system: ASCII letters, digits and
+/// underscores.
 pub fn identifier(name: &str) -> String {
     let mut identifier: String =
         name.chars().map(|character| if character.is_ascii_alphanumeric() { character } else { '_' }).collect();
@@ -172,7 +174,7 @@ pub fn identifier(name: &str) -> String {
     identifier
 }
 
-/// A preset of an FMU opened by the page.
+/// A request for a preset of an FMU opened by the page.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -186,7 +188,7 @@ pub struct PresetRequest {
 /// Creates the preset.
 ///
 /// # Errors
-/// The files do not belong to an FMU of the loop's block in the version known to the home, or the FMU rejects a value.
+/// The files do not belong to an FMU for the loop's block in the version known to the home, or the FMU rejects a value.
 pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     let values = as_loop(home, &request.of)?;
     let file = |path: &str| request.files.get(path).map(String::as_str);

@@ -1,4 +1,4 @@
-//! PLC programs: translated here, run like their FMUs, and watched line by line.
+//! PLC programs: translates them to run like their FMUs, and reports their activity line by line.
 
 mod decided;
 mod kept;
@@ -35,25 +35,26 @@ pub struct Compiled {
     pub fmu: Option<String>,
     /// The block to run.
     pub block: String,
-    /// Errors, and warnings for the author, in the order of the sources.
+    /// Errors if it was rejected, otherwise warnings, in the order of the sources.
     pub problems: Vec<Finding>,
     /// The blocks to choose from, if the block to run is ambiguous.
     pub candidates: Vec<String>,
     /// The time between two calls in seconds.
     pub cycle: f64,
-    /// The origin of the cycle.
+    /// The origin of the cycle, if it was proposed from the sources; else empty.
     pub cycle_from: String,
     /// The texts of the sources.
     pub sources: Vec<SourceText>,
     /// The blocks with code, in the order of the sources.
     pub blocks: Vec<CodeBlock>,
-    /// The declarations of data blocks and tags: the name, the index of the source, and the line.
+    /// The declarations of data blocks and tags: name, 0-based index of the source, and line.
     pub declared: Vec<(String, usize, usize)>,
-    /// The instances of blocks; first the program itself, whose path is empty.
+    /// The instances of blocks. The first is the program itself, whose path is empty.
     pub parts: Vec<Instance>,
-    /// A summary of the project's files and of missing parts: rows of a table. Empty for a single source.
+    /// A table that summarizes the project's files and missing parts: name and text of each row. Empty for a single
+    /// source.
     pub survey: Vec<(String, String)>,
-    /// Possible assumptions about undeclared names; without them, the program is rejected.
+    /// If the program was rejected: assumptions about undeclared names under which it might be accepted.
     pub assumptions: Vec<Assumption>,
 }
 
@@ -75,11 +76,11 @@ pub struct Assumption {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Finding {
-    /// The source's name; empty if it concerns all of them.
+    /// The source's name; empty if the message concerns all sources.
     pub file: String,
     /// The 1-based line and column.
     pub place: Option<(usize, usize)>,
-    /// The number of characters concerned, in its first line.
+    /// The number of characters concerned in that line.
     pub length: usize,
     /// The problem.
     pub message: String,
@@ -103,7 +104,7 @@ pub struct SourceText {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Instance {
-    /// Its path as named in the FMU, such as `motors[1]`; empty for the program itself.
+    /// Its path in the FMU's variable names, such as `motors[1]`; empty for the program itself.
     pub path: String,
     /// Its block.
     pub block: String,
@@ -111,22 +112,22 @@ pub struct Instance {
     pub is_native: bool,
 }
 
-/// The activity of a program in its last call, apart from the values of its variables, which are in the state of the
-/// run.
+/// The activity of a program in a call, apart from the values of its variables, which belong to the state of the run.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Monitored {
-    /// The temporaries of the running block, at the end of the call.
+    /// The program's temporary variables at the end of the call.
     pub temps: Values,
-    /// Its STRINGs and WSTRINGs at the end of the call; a run has numbers only.
+    /// Its STRINGs and WSTRINGs at the end of the call, which a run cannot record.
     pub texts: BTreeMap<String, String>,
-    /// The executed lines: the 0-based index of the source, and the line.
+    /// The executed lines, each with the 0-based index of its source.
     pub lines: Vec<(usize, usize)>,
-    /// The program's warnings since its start, with file and line.
+    /// The program's warnings since its start, each with file and line.
     pub warnings: Vec<String>,
-    /// The truth values in the networks of the requested block, by number. Those that were not calculated are missing.
+    /// The truth values in the networks of the requested block, by number. Values that were not calculated in the call
+    /// are missing.
     pub wires: Vec<(u32, bool)>,
-    /// The decisions in each of the requested blocks: a row for each of its writes.
+    /// For each block whose decisions were requested: the decisions for each of its writes.
     pub decided: Vec<Vec<decided::Decisions>>,
 }
 
@@ -139,15 +140,16 @@ pub struct Kept {
     loaded: Arc<Loaded>,
     table: Arc<Table>,
     description: Arc<modeldescription::Description>,
-    /// The roles and groups inferred from its calls of controllers.
+    /// The roles and groups inferred from its controller calls, if any.
     dialog: Option<(Roles, Vec<Group>)>,
     blocks: Arc<Vec<CodeBlock>>,
 }
 
-/// Translates the sources, and adds the program to the catalogue. The answer contains the problems.
+/// Translates the sources and, if there are no errors, adds the program to the catalogue. Problems in the sources are
+/// part of the answer, not errors.
 ///
 /// # Errors
-/// A file is not Base64, the files are too large, or an option is invalid.
+/// A file is not Base64, a tag table is faulty, the files are too large or contain no source, or an option is invalid.
 pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compiled> {
     let parts = project::read(&request.files, &request.manifest)?;
     let Parts { sources, manifest, .. } = &parts;
@@ -186,8 +188,8 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
         .map(|of| Instance { path: of.path, block: of.block, is_native: of.is_native })
         .collect();
     let name = home.admit(loaded, |loaded, name| {
-        // A changed program gets a new name, which its table must use as well: requests refer to it as the block's
-        // name.
+        // A changed program gets a new name. Its table must have the same name, because requests use it as the name of
+        // the block.
         let table = Table { name: name.clone(), ..loaded.table.clone() };
         let dialog = roles::dialog(home, &table, &blocks, &compiled.parts);
         let interface = Interface::linked(table, &loaded.guid())?;
@@ -199,7 +201,7 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
     Ok(compiled)
 }
 
-/// The blocks of interest, each in the instance at a path; empty for a function.
+/// The blocks of interest, each with the path of its instance; the path is empty for a function.
 #[derive(Clone, Copy, Debug)]
 pub struct Looked<'a> {
     /// The block whose networks are displayed.
@@ -255,7 +257,8 @@ fn last_call<H: Home>(home: &Programs<H>, member: &str, looked: Looked) -> Resul
     })
 }
 
-/// The manifest with its sources and its cycle. Organization blocks are called.
+/// The manifest with the names of the sources and the cycle. An organization block chosen as the block to run becomes a
+/// call.
 fn completed(manifest: &Manifest, sources: &[Source], blocks: &[CodeBlock], cycle: u32) -> Manifest {
     let is_organization =
         |name: &String| blocks.iter().any(|block| block.is_organization && block.name.eq_ignore_ascii_case(name));
@@ -320,7 +323,7 @@ fn findings(problems: &[Problems], is_error: bool) -> Vec<Finding> {
 }
 
 impl Kept {
-    /// Its role in a loop: the member that drives the others.
+    /// Its role in a loop: a program drives the other members.
     fn part(&self) -> LoopRole {
         LoopRole::Controller
     }

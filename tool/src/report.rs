@@ -1,4 +1,4 @@
-//! A one-page report on a loop: its settings, their effects, the events, and the results, as self-contained HTML.
+//! A one-page report on a loop with its settings, their effects, the events, and the results, as self-contained HTML.
 
 mod metrics;
 mod rules;
@@ -28,7 +28,7 @@ use std::fmt::Write;
 use step::Predicted;
 pub(crate) use step::{Forecasted, forecast};
 
-/// The number of points of a curve.
+/// The maximum number of points of a curve.
 const POINTS: usize = 1500;
 
 /// The maximum number of events listed.
@@ -51,19 +51,19 @@ pub struct Tuning {
     /// Lambda in seconds, for a rule that uses it.
     #[serde(default)]
     pub closed_loop: Option<f64>,
-    /// The largest sensitivity.
+    /// The maximum sensitivity Ms.
     #[serde(default)]
     pub sensitivity: Option<f64>,
     /// The gain margin, as a factor.
     #[serde(default)]
     pub gain_margin: Option<f64>,
-    /// In degrees.
+    /// The phase margin, in degrees.
     #[serde(default)]
     pub phase_margin: Option<f64>,
     /// The predicted setpoint step.
     #[serde(default)]
     pub step: Step,
-    /// All compared rules with their predicted effects; the curves may be omitted except for both ends of the setpoint.
+    /// All compared rules with their predicted effects; of the curves, only the first and the last setpoint are needed.
     #[serde(default)]
     pub rows: Vec<RuleOutcome>,
     /// The previous values of the same settings.
@@ -76,11 +76,11 @@ pub struct Tuning {
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct ReportedRun {
-    /// Its number in the session.
+    /// The 0-based number of the run.
     pub run: usize,
     /// The user's name for it.
     pub name: String,
-    /// Its settings at its end, where they differ from other runs.
+    /// Its settings at its end, where they differ between the compared runs.
     #[serde(default)]
     pub values: Values,
     /// Its settings at its beginning, where they changed during the run.
@@ -88,18 +88,18 @@ pub struct ReportedRun {
     pub begun: Values,
 }
 
-/// A recording that was replayed through the block.
+/// A replay of a recording through the block.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct ReportedReplay {
     /// The recording's file.
     pub file: String,
-    /// The controller's settings with which it was replayed.
+    /// The controller's settings used for the replay.
     pub values: Values,
     /// The conclusion, in a sentence.
     pub verdict: String,
-    /// Further remarks on it, a sentence each.
+    /// Remarks on the conclusion, a sentence each.
     #[serde(default)]
     pub remarks: Vec<String>,
     /// The settings in which the recording differed from the loop.
@@ -115,11 +115,11 @@ pub(crate) struct Report<'a> {
     pub(crate) before: &'a [LoopValue],
     /// The run, if there is one.
     pub(crate) record: Option<&'a Record>,
-    /// Its result.
+    /// The figures of the run.
     pub(crate) figures: Option<&'a Figures>,
     /// The runs of the same step with their figures, earliest first.
     pub(crate) compared: Vec<(&'a ReportedRun, Figures)>,
-    /// The curves as displayed to the user; drawn here by default.
+    /// A picture of the curves as displayed to the user; by default, they are drawn here.
     pub(crate) picture: Option<&'a str>,
     /// The date of the report, as displayed.
     pub(crate) date: Option<&'a str>,
@@ -127,7 +127,7 @@ pub(crate) struct Report<'a> {
     pub(crate) tuning: Option<&'a Tuning>,
     /// The replays of a recording, in order.
     pub(crate) replays: &'a [ReportedReplay],
-    /// The units of process value and manipulated value.
+    /// The units of process value and manipulated value, if their variables have none.
     pub(crate) units: [Option<&'a str>; 2],
 }
 
@@ -196,7 +196,7 @@ fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
     if let Some(entry) = found {
         return Ok(entry.name);
     }
-    // It may be known by another name, such as the one in the PLC project.
+    // The block may be given by another of its names, such as that in the PLC project.
     let known = home.blocks().into_iter().find(|known| known.is_called(block));
     let known = known.with_context(|| format!("no block {block:?} in the catalogue"))?;
     let is = |name: &str| matches!(home.table(name), Ok(Some(table)) if table.name == known.name);
@@ -231,7 +231,7 @@ fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str,
     Ok(())
 }
 
-/// Reports plants that stopped during the run, such as a tripped drive.
+/// Reports members whose fault output became TRUE during the run, such as a tripped drive.
 fn faults(page: &mut String, home: &dyn Home, record: Option<&Record>) -> Result<()> {
     let Some(record) = record else { return Ok(()) };
     for member in record.members() {
@@ -333,7 +333,7 @@ fn replays(page: &mut String, replays: &[ReportedReplay], description: &Descript
     Ok(())
 }
 
-/// A figure with three significant digits and its unit, `degC^2 s` as `°C²·s`.
+/// A figure with three significant digits and its unit; `degC^2 s` becomes `°C²·s`.
 fn with_unit(value: f64, unit: Option<&str>) -> String {
     let unit: Vec<_> = unit.unwrap_or_default().split(' ').map(units::shown).collect();
     format!("{} {}", three(value), unit.join("\u{b7}").replace("^2", "\u{b2}")).trim_end().to_string()
@@ -426,7 +426,7 @@ fn plants(page: &mut String, home: &dyn Home, record: &Record) -> Result<()> {
     Ok(())
 }
 
-/// A picture as the `src` of an image, where no script runs.
+/// A picture as a URL for the `src` of an image, where scripts in an SVG do not run.
 fn source(picture: &str) -> Result<String> {
     use base64::Engine;
     use base64::engine::general_purpose::STANDARD;
@@ -447,7 +447,8 @@ fn source(picture: &str) -> Result<String> {
     Ok(picture.into())
 }
 
-/// The curves of the first member from one time to another: setpoint and process value, manipulated value, pulses.
+/// Draws the curves of the first member between two times: setpoint and process value, manipulated value, pulses and
+/// mode.
 fn curves(
     record: &Record,
     roles: &Roles,
@@ -470,7 +471,7 @@ fn curves(
         return Ok(None);
     }
     let view = record.view(&View { run: None, variables, from, to, points: POINTS, means: None })?;
-    // The colours used on the FMUs' pages.
+    // The same colours as on the FMUs' documentation pages.
     let mut lanes = Vec::new();
     let mut color = |name: &String| {
         let role = roles.signals().iter().position(|role| *role == Some(name));
@@ -507,7 +508,7 @@ fn curves(
     Ok(Some(svg(&chart)?))
 }
 
-/// The settings in their groups.
+/// The table of settings by group, without those that have no effect and are at their start values.
 fn settings(page: &mut String, report: &Report, description: &Description, unused: &[String]) -> Result<()> {
     let has_before = !report.before.is_empty();
     writeln!(page, "<h2>Settings</h2>\n<table>\n<thead><tr><th>Name</th><th class=\"number\">Value</th><th>Unit</th>")?;
@@ -594,10 +595,10 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
     Ok(())
 }
 
-/// The unit of a setting: its own, or that of the loop value to which it refers.
+/// The unit of a setting: its own, or that of the process value or manipulated value to which it refers.
 fn unit_of<'a>(variable: &'a Variable, roles: &Roles, units: [Option<&'a str>; 2]) -> &'a str {
     let is = |role: Option<&String>| role == Some(&variable.name);
-    // A setpoint that is not compared with a process value, such as that of a ramp, does not have the plant's unit.
+    // Without a process value, as in a ramp, the setpoint need not have the plant's unit.
     let is_controlled = roles.process_value.is_some()
         && [&roles.setpoint, &roles.process_value].into_iter().any(|role| is(role.as_ref()));
     let is_manipulated = is(roles.manual.as_ref().map(|(_, value)| value))
@@ -612,7 +613,7 @@ fn unit_of<'a>(variable: &'a Variable, roles: &Roles, units: [Option<&'a str>; 2
     own.filter(|unit| *unit != "1").or(of_loop).or(own).unwrap_or_default()
 }
 
-/// A value with three significant digits, or more if another value would otherwise look the same.
+/// A value with three significant digits, or in full if one of `others` would look the same.
 fn brief(value: Value, others: &[Value]) -> String {
     let Value::Number(number) = value else { return shown_alone(value) };
     let is_alike = |other: &Value| *other != value && three(number_of(*other)) == three(number);
@@ -637,7 +638,7 @@ fn shown_alone(value: Value) -> String {
     }
 }
 
-/// The wording for how a value was set.
+/// How a value was set, as appended to it in the table of events.
 fn told(act: Act) -> &'static str {
     match act {
         Act::Set => "",

@@ -22,8 +22,8 @@ use control::replay::{self, Replayed};
 use control::tune::{self, Ratio, Tuned};
 use serde::{Deserialize, Serialize};
 
-/// `request -> type of the answer = expression`. The page's types of requests and answers are generated from these
-/// lines.
+/// Each entry reads `request -> type of the answer = expression`. The TypeScript types of requests and answers are
+/// generated from these entries.
 macro_rules! requests {
     (|$home:ident, $session:ident| $(
         $(#[$docs:meta])*
@@ -40,7 +40,7 @@ macro_rules! requests {
         )* }
 
         impl Request {
-            /// Answers it.
+            /// Answers the request.
             ///
             /// # Errors
             /// The problem, with name and value, and the remedy.
@@ -51,7 +51,7 @@ macro_rules! requests {
             }
         }
 
-        /// Each request with the type of its answer.
+        /// Adds the type of each request's answer.
         #[cfg(test)]
         fn each_answer(types: &mut typescript::Types) {
             $( types.answer::<$Answer>(stringify!($Name)); )*
@@ -71,21 +71,21 @@ requests! { |home, session|
     Read(file: ReadFile) -> Loops = describe::read(home, &file)?;
     /// Reads a description of a loop, as accepted by `plcfmu run`.
     Described {
-        /// Its file's name, for messages.
+        /// The file name, for messages.
         file: String,
-        /// Its text.
+        /// The text of the file.
         text: String,
     } -> KnownLoop = known::described(&file, &text)?;
     /// Translates a PLC program, and adds it to the catalogue.
     Compile(of: Program) -> Compiled = program::compile(home, &of)?;
-    /// The activity of a program in the current run in a call, line by line.
+    /// The activity of a program during one call of the current run, line by line.
     Monitor {
         /// Its name in the loop.
         member: String,
-        /// The 0-based index of the call; by default the last one. For an earlier one, the run is repeated up to it.
+        /// The 0-based index of the call; by default the last call. For an earlier call, the run is repeated up to it.
         #[serde(default)]
         call: Option<usize>,
-        /// The block whose networks are displayed, and the path of its instance; empty for a function.
+        /// The block whose networks are displayed, and the path of its instance, which is empty for a function.
         #[serde(default)]
         networks: Option<(String, String)>,
         /// The blocks whose decisions are requested, each with the path of its instance.
@@ -106,10 +106,10 @@ requests! { |home, session|
     Propose {
         /// The controller.
         controller: Member,
-        /// The plant.
+        /// The plant to connect to it.
         plant: Member,
     } -> Proposal = connect::propose(home, &controller, &plant)?;
-    /// Begins a run; the current one, if any, is kept as an earlier run.
+    /// Starts a run; the current run, if any, becomes an earlier run.
     Start(setup: Setup) -> State = session.start(home, setup)?;
     /// The state of the current run, for example after a reload of the page.
     State -> State = session.state()?;
@@ -118,10 +118,10 @@ requests! { |home, session|
         /// The values, by `MEMBER.VARIABLE`.
         values: Values,
     } -> State = session.send(&values)?;
-    /// Writes any variables of blocks and programs: once before the next call, or for every call until they are
-    /// released.
+    /// Writes variables of blocks and programs, outputs and local variables included: once before the next call, or for
+    /// every call until they are released.
     Force {
-        /// `write`, `force` or `release`; `set` is what [`Request::Send`] does.
+        /// `write`, `force` or `release`. For `set`, use [`Request::Send`].
         act: Act,
         /// The values, by `MEMBER.VARIABLE`; ignored for a release.
         values: Values,
@@ -132,14 +132,14 @@ requests! { |home, session|
         variable: String,
         /// The last value.
         to: f64,
-        /// The duration.
+        /// The duration, in seconds.
         seconds: f64,
     } -> State = session.ramp(&variable, to, seconds)?;
     /// Makes calls.
     Run {
-        /// The number, at least one.
+        /// The maximum number of calls, at least one.
         calls: usize,
-        /// A condition: the call in which it becomes true is the last one.
+        /// A condition; the call in which it becomes true is the last.
         #[serde(default)]
         until: Option<Until>,
     } -> State = session.run_until(calls, until.as_ref())?;
@@ -147,7 +147,7 @@ requests! { |home, session|
     Settle(of: experiment::Settle) -> Settled = experiment::settle(home, session, &of)?;
     /// Settles the loop in automatic mode at a setpoint, from which a step can begin.
     RestAt(of: experiment::RestAt) -> Settled = experiment::rest_at(home, session, &of)?;
-    /// Replaces all members but the first with others, which start now; the controller continues.
+    /// Replaces all members but the first, the controller, which continues; the new members start now.
     Exchange {
         /// The new members.
         members: Vec<Member>,
@@ -161,71 +161,73 @@ requests! { |home, session|
         /// The run; by default the current one.
         run: Option<usize>,
     } -> Events = session.record(run)?.events();
-    /// Repeats a record: the same setup, the same calls with the same events, and so the same bits.
+    /// Repeats a run with the same setup, calls and events; the results are bit-identical.
     SameBits {
         /// The run to repeat; by default the current one.
         #[serde(default)]
         run: Option<usize>,
     } -> State = session.same_bits(home, run)?;
     /// Repeats the test of a run with other settings: its stimuli (setpoint, manual value, disturbances, noise) recur
-    /// at the same times; settings, plant and connections are those in force, from the beginning.
+    /// at the same times. Plant and connections at the end of that run, and the settings, apply from the beginning.
     SameTest {
         /// The run whose test is repeated; by default the current one.
         #[serde(default)]
         run: Option<usize>,
-        /// The settings in force, by `MEMBER.VARIABLE`; others have their value at the end of that run. Stimuli are
+        /// The new settings, by `MEMBER.VARIABLE`; all others have their value at the end of that run. Stimuli are
         /// ignored.
         #[serde(default)]
         values: Values,
     } -> State = session.same_test(home, run, &values)?;
-    /// Curves and figures of the current run's test with other settings. The current run is not affected.
+    /// Curves and figures that the test of the current run would have with other settings. The current run is not
+    /// affected.
     Try {
         /// The settings, by `MEMBER.VARIABLE`; stimuli are ignored.
         values: Values,
         /// The curves to draw; its `run` is ignored.
         view: View,
-        /// The window and the units of the figures; its `run` is ignored.
+        /// The window and units of the figures; its `run` is ignored.
         #[serde(default)]
         figures: FiguresRequest,
     } -> Tried = home.beside(|| signals::tried(home, session, &values, view, figures))?;
     /// The figures of a run.
     Figures(of: FiguresRequest) -> Figures = signals::figures(home, session, &of)?;
-    /// The last setpoint step in a run as predicted by the identified plant with the settings in force at that
-    /// time, for comparison with the run's figures; `None` if it was not a step from steady state in automatic mode.
+    /// The last setpoint step in a run as predicted by the identified plant with the settings in force at that time,
+    /// for comparison with the run's figures; `None` if it was not a step in automatic mode.
     Forecast {
         /// The run; by default the current one.
         #[serde(default)]
         run: Option<usize>,
-        /// The plant.
+        /// The plant to connect to it.
         tuning: Box<Tuning>,
     } -> Option<Forecasted> = report::forecast(home, session, run, &tuning)?;
-    /// A plant's model from a step in a run or in a CSV file.
+    /// Identifies a plant's model from a step in a run or in a CSV file.
     Identify(of: identify::IdentifyRequest) -> Identified = signals::identify(home, session, &of)?;
-    /// Settings for a plant's model by a rule, with their predicted effects.
+    /// Computes settings for a plant's model by a tuning rule, and predicts their effects.
     Tune(of: tune::TuneRequest) -> Tuned = tune::tune(home, &of)?;
-    /// All rules for a plant's model and one structure, with their predicted effects: Ms, overshoot, settling time and
-    /// travel for one step. The rule of the request is ignored.
+    /// The settings by all rules for a plant's model and one structure, with their predicted effects on the same
+    /// setpoint step and the same load. The rule in the request is ignored.
     Rules(of: tune::TuneRequest) -> RulesTable = tune::table(home, &of)?.into();
-    /// The settings in force, with their predicted effects in the same step.
+    /// The controller's current settings, with their predicted effects on the same step.
     InForce(of: tune::TuneRequest) -> Tuned = in_force::in_force(home, &of)?;
-    /// The open loop of the controller and a plant's model, with the controller's settings and with others, and its
-    /// margins.
+    /// The frequency response and margins of the open loop of controller and plant model, for the controller's settings
+    /// and for others.
     Bode(of: bode::BodeRequest) -> Bode = bode::bode(home, &of)?;
-    /// Holds the plant at the current manipulated value until it has settled, steps it, waits until it has settled
-    /// again, and identifies it.
+    /// Step test: holds the manipulated value until the process value has settled, steps it, waits until the process
+    /// value has settled again, and identifies the plant.
     StepTest(of: experiment::StepTest) -> StepTested = experiment::step(home, session, &of)?;
-    /// Holds the plant, lets the manipulated value switch up and down, and returns the ultimate gain and period.
+    /// Relay test: holds the manipulated value until the process value has settled, switches it up and down, and
+    /// returns the ultimate gain and period.
     RelayTest(of: experiment::RelayTest) -> RelayTested = experiment::relay(home, session, &of)?;
-    /// RATIOFAC from a heating and a cooling step.
+    /// RATIOFAC, from a heating step and a cooling step.
     Ratio(of: tune::RatioRequest) -> Ratio = tune::ratio(&of.heating, &of.cooling)?;
-    /// The mean of a block's pulses over an input.
+    /// The characteristic of a block with pulses: the mean of the pulses as a function of its input.
     Characteristic(of: characteristic::CharacteristicRequest) -> Characteristics = home.beside(|| characteristic::characteristics(home, &of.member))?;
     /// The column names in the header of a CSV file.
     Columns {
         /// The file's text.
         text: String,
     } -> Vec<String> = csv::CsvTable::read(&text)?.headers();
-    /// Replays a recorded file through the block.
+    /// Replays a recording through the block.
     Replay(of: replay::ReplayRequest) -> Replayed = home.beside(|| replay::replay(home, &of))?;
     /// The files in which a preset differs from its block's FMU.
     Preset(of: preset::PresetRequest) -> Preset = preset::make(home, &of)?;

@@ -1,7 +1,7 @@
-//! The running loop, which a user sets, steps and records interactively, and the earlier runs.
+//! The running loop, which a user operates interactively, with its record; and the earlier runs.
 //!
-//! A run is bit-identical to `plcfmu run` with its [`Setup`] and its [`Done`] events: settings take effect before the
-//! next call, like those in a description.
+//! A run is bit-identical to that of `plcfmu run` with the same [`Setup`] and the same settings ([`Done`]): settings
+//! take effect before the next call, like those in a description.
 
 mod force;
 mod script;
@@ -35,7 +35,7 @@ pub const MOST_RAMP: usize = 100_000;
 /// The maximum number of events of a run.
 pub const MOST_EVENTS: usize = 1_000_000;
 
-/// The maximum number of calls in a trial run that follows the user's typing.
+/// The maximum number of calls in a run that is repeated on the side, such as a trial run while the user types.
 pub const MOST_TRIED: usize = 20_000;
 
 /// The maximum number of members of a loop.
@@ -47,7 +47,7 @@ const LONGEST_NAME: usize = 200;
 /// The maximum number of recorded variables of a foreign FMU.
 const MOST_RECORDED: usize = 1000;
 
-/// The maximum number of calls of a block in one communication step.
+/// The maximum number of calls that a block may make in one communication step.
 const MOST_CALLS_OF_STEP: f64 = 1000.0;
 
 /// The number of earlier runs kept.
@@ -59,7 +59,7 @@ pub struct Session {
     /// Oldest first.
     earlier: VecDeque<Record>,
     present: Option<Present>,
-    /// The number of runs so far.
+    /// The number of runs started so far.
     runs: usize,
 }
 
@@ -69,27 +69,27 @@ pub struct Record {
     /// The 0-based number of the run.
     number: usize,
     setup: Setup,
-    /// The time of call 0 in seconds.
+    /// The time of the first call (call 0), in seconds.
     start: f64,
-    /// The communication step in seconds.
+    /// The communication step, in seconds.
     step: f64,
     /// All recorded variables of all past and present members.
     columns: Vec<Column>,
-    /// The index of each column, by name.
+    /// The index of each column, by the variable's name.
     places: HashMap<String, usize>,
-    /// The settings, in the order of the calls.
+    /// The variables set while it ran, in chronological order.
     done: Vec<Done>,
     exchanges: Vec<Exchanged>,
     trace: Trace,
     failure: Option<String>,
 }
 
-/// A variable that was set while the loop ran.
+/// A setting made while the loop ran.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Done {
     /// The 0-based index of the call before which it was set.
     pub call: usize,
-    /// The variable, as a column of the record.
+    /// The variable, as the index of its column in the record.
     pub column: usize,
     /// Its type.
     pub kind: Type,
@@ -99,31 +99,31 @@ pub struct Done {
     pub act: Act,
 }
 
-/// Members that replaced others.
+/// A replacement of members while the loop ran.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exchanged {
     /// The 0-based index of the call before which they were replaced.
     pub call: usize,
-    /// All members but the first.
+    /// All members from then on, except the first, which continues.
     pub members: Vec<message::Member>,
-    /// All connections.
+    /// All connections from then on.
     pub connections: Vec<(String, String)>,
 }
 
-/// A run that can be continued.
+/// The current run, which can be continued.
 struct Present {
     record: Record,
-    /// The current system; after an exchange, it differs from the one at the start of the record.
+    /// The current system, which may differ from the record's setup after an exchange of members.
     wired: Wired,
     run: Run<Box<dyn Component>>,
-    /// The columns of the plan, as columns of the record.
+    /// For each column of the plan, the index of its column in the record.
     of_plan: Vec<usize>,
-    /// A row of the record.
+    /// The row of the last call, with a value for each column of the record.
     row: Vec<f64>,
     ramps: BTreeMap<usize, Ramp>,
     /// The forced variables, by column.
     forced: BTreeMap<usize, Forced>,
-    /// Remarks for the next answer.
+    /// Remarks to return with the next answer.
     remarks: Vec<String>,
 }
 
@@ -135,14 +135,14 @@ struct Wired {
     plan: Plan,
 }
 
-/// A variable that is moving to a value.
+/// A variable that is being ramped to a value.
 #[derive(Clone, Copy)]
 struct Ramp {
     member: usize,
     assignment: Assignment,
-    /// The call of the first event.
+    /// The 0-based index of the call before which the first value is set.
     first: usize,
-    /// The number of events.
+    /// The number of calls before which a value is set.
     calls: usize,
     from: f64,
     to: f64,
@@ -159,7 +159,7 @@ impl Record {
         &self.setup
     }
 
-    /// The variables set while it ran, in the order of the calls.
+    /// The variables set while it ran, in chronological order.
     pub fn done(&self) -> &[Done] {
         &self.done
     }
@@ -174,7 +174,7 @@ impl Record {
         self.trace.calls()
     }
 
-    /// The communication step in seconds.
+    /// The communication step, in seconds.
     pub fn step(&self) -> f64 {
         self.step
     }
@@ -189,7 +189,7 @@ impl Record {
         &self.columns
     }
 
-    /// The column of a variable, `MEMBER.VARIABLE`.
+    /// The index of a variable's column, by `MEMBER.VARIABLE`.
     ///
     /// # Errors
     /// No such variable; the message suggests a similar one.
@@ -206,12 +206,12 @@ impl Record {
         &self.trace
     }
 
-    /// Why the run ended, if it has.
+    /// Why the run ended, if an FMU failed.
     pub fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
 
-    /// The settings, as a message.
+    /// The setup and the settings made while it ran, as a message.
     pub fn events(&self) -> Events {
         let event = |done: &Done| Event {
             call: done.call,
@@ -272,7 +272,7 @@ impl Record {
         })
     }
 
-    /// Adds the columns that are new in the plan; returns the record's column for each of the plan's.
+    /// Adds the columns of the plan that are missing; returns the index in the record of each of the plan's columns.
     fn admit(&mut self, plan: &Plan) -> Vec<usize> {
         let before = self.columns.len();
         let place = |column: &Column| match self.places.get(&column.name) {
@@ -293,10 +293,10 @@ impl Record {
 }
 
 impl Session {
-    /// Starts a run; the current one is kept as an earlier run.
+    /// Starts a run; the current run becomes an earlier run.
     ///
     /// # Errors
-    /// The setup is faulty, or an FMU rejects it. The current run then continues.
+    /// The setup is faulty, or an FMU rejects it. In that case, the current run remains.
     pub fn start(&mut self, home: &dyn Home, setup: Setup) -> Result<State> {
         let mut present = Present::begin(home, setup)?;
         present.record.number = self.runs;
@@ -339,13 +339,14 @@ impl Session {
     /// Sets variables before the next call.
     ///
     /// # Errors
-    /// A variable is unknown, connected or fixed, or rejects its value. Nothing is set in this case.
+    /// The run has ended; a variable is unknown, connected or fixed; or a value is invalid. In these cases, nothing is
+    /// set.
     pub fn send(&mut self, values: &Values) -> Result<State> {
         self.present()?.send(values)?;
         self.state()
     }
 
-    /// Ramps a variable linearly to a value, with an event before each of the next calls.
+    /// Ramps a variable linearly to a value over the given time: a new value is set before each call.
     ///
     /// # Errors
     /// As for [`Session::send`]; the variable is not a number, or the ramp takes too long.
@@ -374,8 +375,8 @@ impl Session {
     /// Replaces all members but the first, which continues.
     ///
     /// # Errors
-    /// The new members are faulty; everything then continues as before. If one of them fails during initialization, the
-    /// run ends and the first member is kept.
+    /// The new members are faulty; the run then continues unchanged. If one of them fails during initialization, the
+    /// run ends, but the first member is kept for another replacement.
     pub fn exchange(
         &mut self,
         home: &dyn Home,
@@ -393,14 +394,14 @@ impl Session {
     pub fn same_bits(&mut self, home: &dyn Home, run: Option<usize>) -> Result<State> {
         let mut script = Script::new(self.record(run)?);
         if run.is_some() {
-            // A setting made after the last call took effect in a later run.
+            // A setting made after the last call of an earlier run never took effect.
             script.events.retain(|event| event.call < script.calls);
         }
         self.play(home, script)
     }
 
-    /// Restarts with the stimuli of a run and with its settings, members and connections at its end. The given values,
-    /// by `MEMBER.VARIABLE`, override the settings.
+    /// Restarts with the settings, members and connections that a run had at its end, and repeats its stimuli at the
+    /// same times. The values given, by `MEMBER.VARIABLE`, override the settings.
     ///
     /// # Errors
     /// No such run; as for [`Session::start`].
@@ -414,7 +415,7 @@ impl Session {
     /// and the trial run is not added to the list.
     ///
     /// # Errors
-    /// No run, or one with too many calls; as for [`Session::same_test`].
+    /// As for [`Session::same_test`]; or the run has too many calls.
     pub fn tried(&self, home: &dyn Home, values: &Values) -> Result<Session> {
         let mut script = Script::new(self.record(None)?);
         if script.calls > MOST_TRIED {
@@ -426,7 +427,7 @@ impl Session {
         Ok(beside)
     }
 
-    /// Repeats the calls of the current run up to the given one, without adding a run to the list.
+    /// Repeats the calls of the current run up to and including `call`, without adding a run to the list.
     ///
     /// # Errors
     /// The run has no such call, or too many calls precede it.
@@ -476,10 +477,10 @@ impl Session {
     }
 }
 
-/// The values of all variables of a member on its own, before its first call, by their full names.
+/// The values of all variables of an unconnected member before its first call, by `MEMBER.VARIABLE`.
 ///
 /// # Errors
-/// A problem with its values, or why the FMU rejects them.
+/// The member's values are faulty, or the FMU rejects them.
 pub fn start_values(home: &dyn Home, member: &message::Member) -> Result<Values> {
     let members = std::slice::from_ref(member);
     let begin = Begin::Later { start: 0.0, step: 1.0 };
@@ -542,7 +543,7 @@ impl Present {
         }
     }
 
-    /// Returns an error if this many more events exceed the limit.
+    /// Returns an error if `more` events would exceed the limit. The remaining events of current ramps count, too.
     fn check_room(&self, more: usize) -> Result<()> {
         let coming: usize = self.ramps.values().map(|ramp| ramp.first + ramp.calls - self.run.steps()).sum();
         if self.record.done.len() + coming + more > MOST_EVENTS {
@@ -562,7 +563,7 @@ impl Present {
         Ok(())
     }
 
-    /// Sets a variable before the next call, and ends any ramp of it.
+    /// Sets a variable before the next call, and ends its ramp, if any.
     fn put(&mut self, member: usize, assignment: Assignment, name: &str) -> Result<()> {
         let (call, column) = (self.run.steps(), self.record.column(name)?);
         self.ramps.remove(&column);
@@ -571,8 +572,8 @@ impl Present {
         Ok(())
     }
 
-    /// Records an event. If two consecutive events of the same kind set a variable before the same call, only the later
-    /// one is kept.
+    /// Records an event. It replaces the previous event of the same variable before the same call if both are of the
+    /// same kind.
     fn note(&mut self, call: usize, column: usize, assignment: Assignment, act: Act) {
         let Assignment { kind, value, .. } = assignment;
         let mut last = self.record.done.iter_mut().rev().take_while(|done| done.call == call);
@@ -604,7 +605,7 @@ impl Present {
         Ok(())
     }
 
-    /// The value of a variable of the plan after the last call.
+    /// The value of a variable after the last call, by its column in the record; NaN if no current member has it.
     fn present_value(&self, column: usize) -> f64 {
         let place = self.of_plan.iter().position(|of| *of == column);
         place.map_or(f64::NAN, |place| self.run.values(&self.wired.plan)[place])
@@ -703,7 +704,8 @@ enum Begin {
 }
 
 impl Wired {
-    /// Checks members and connections, and creates a plan that records everything.
+    /// Checks members and connections, and creates a plan that records all variables; of a foreign FMU, at most
+    /// [`MOST_RECORDED`].
     fn new(
         home: &dyn Home,
         members: &[message::Member],
@@ -794,8 +796,8 @@ impl Wired {
         members.iter().map(|member| self.instance(home, member)).collect()
     }
 
-    /// The assignment to make while the loop runs, with its member, and a warning if the value is outside the declared
-    /// range.
+    /// The assignment that sets a variable while the loop runs, with the index of its member, and a warning if the
+    /// value is outside the declared range.
     fn assignment(&self, name: &str, value: Value) -> Result<(usize, Assignment, Option<String>)> {
         let descriptions: Vec<&Description> = self.descriptions.iter().map(|of| &**of).collect();
         let names = Names::new(&self.system, &descriptions)?;
@@ -812,7 +814,7 @@ impl Wired {
     }
 }
 
-/// A value converted to the variable's type.
+/// Checks a value and converts it to the variable's type.
 ///
 /// # Errors
 /// The value has the wrong type, is not finite, or is outside the range of the PLC type.

@@ -1,4 +1,5 @@
-//! The signals of a recorded loop, found by the roles of the first member's variables: for figures and identification.
+//! The signals of a recorded loop, for figures and identification. They are found by the roles of the first member's
+//! variables.
 
 use crate::describe::describe;
 use crate::home::Home;
@@ -20,21 +21,21 @@ pub struct Signals {
     pub setpoint: Vec<f64>,
     /// The process value in the setpoint's unit.
     pub process_value: Vec<f64>,
-    /// The manipulated value; empty if the controller has pulses only.
+    /// The manipulated value; empty if the controller has none, only pulses.
     pub manipulated_value: Vec<f64>,
     /// The pulse outputs; may be empty.
     pub pulses: Vec<Vec<bool>>,
-    /// Whether it is in manual mode; empty if it has no manual mode.
+    /// Whether the controller is in manual mode; empty if it has no manual mode.
     pub manual: Vec<bool>,
     /// The disturbances of the loop.
     pub disturbances: Vec<Set>,
-    /// The index of the first row whose outputs come from a call.
+    /// The index of the first row whose outputs were computed by a call.
     pub first: usize,
     /// Whether earlier calls are no longer stored individually.
     pub is_cut: bool,
-    /// The unit of the process value.
+    /// The unit of the process value, if known.
     pub unit: Option<String>,
-    /// The unit of the manipulated value.
+    /// The unit of the manipulated value, if known.
     pub travel_unit: Option<String>,
     /// Remarks for the user, a sentence each.
     pub remarks: Vec<String>,
@@ -44,7 +45,7 @@ impl Signals {
     /// The signals of a run between two times, both in seconds; by default of all calls.
     ///
     /// # Errors
-    /// The first member has no known setpoint or process value.
+    /// The first member's FMU does not specify its setpoint or its process value.
     pub fn new(home: &dyn Home, record: &Record, from: Option<f64>, to: Option<f64>) -> Result<Signals> {
         let controller = record.setup().members.first().context("no controller")?;
         let roles = describe(home, &controller.fmu)?.roles;
@@ -82,7 +83,7 @@ impl Signals {
             pulses: pulses.into_iter().map(switched).collect(),
             manual: manual.map_or_else(Vec::new, switched),
             disturbances: disturbances(record, &wiring),
-            // Where members act in parallel, the first row has the outputs before the first call.
+            // In a parallel exchange, the first row contains the outputs before the first call.
             first: usize::from(record.setup().exchange == Exchange::Parallel && calls.start == 0),
             is_cut: exact.start > 0,
             unit: wiring.unit_of_process_value(name_unit),
@@ -109,7 +110,7 @@ impl Signals {
         last
     }
 
-    /// The same signals, in the form that the figures use.
+    /// The same signals, borrowed for computing figures.
     pub fn borrowed(&self) -> figures::Signals<'_> {
         figures::Signals {
             times: &self.times,
@@ -127,7 +128,7 @@ impl Signals {
     }
 }
 
-/// The connections of a run's members at its end.
+/// The members and connections at the end of a run, with the members' roles.
 fn wiring<'a>(home: &dyn Home, record: &'a Record, setpoint: String) -> Result<Wiring<'a>> {
     let roles = |member: &Member| -> Result<Option<Roles>> { Ok(Some(describe(home, &member.fmu)?.roles)) };
     Ok(Wiring {
@@ -159,7 +160,7 @@ fn disturbances(record: &Record, wiring: &Wiring) -> Vec<Set> {
 /// # Errors
 /// No such run; as for [`Signals::new`].
 pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> Result<Figures> {
-    // The last setpoint change may be before the window.
+    // The whole run is needed: the last setpoint change may be before the window.
     let record = session.record(request.run)?;
     let mut signals = Signals::new(home, record, None, None)?;
     signals.unit = signals.unit.or_else(|| request.unit.clone());
@@ -216,7 +217,7 @@ pub fn identify(home: &dyn Home, session: &Session, request: &identify::Identify
     let mut identified = if signals.manipulated_value.is_empty() && !signals.times.is_empty() {
         travel::identify(home, record, &signals, request)?
     } else {
-        // In the rows before the first output, the plant is taken to be at its first value.
+        // In the rows before the first computed output, the plant is assumed to be at its first computed value.
         let first = signals.first.min(signals.process_value.len());
         let (before, given) = signals.process_value.split_at_mut(first);
         before.fill(given.first().copied().unwrap_or(f64::NAN));

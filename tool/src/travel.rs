@@ -1,5 +1,5 @@
-//! The travel of a step controller's actuator, integrated from its pulses and the time that the actuator takes from
-//! stop to stop. Stops and backlash are not included.
+//! The travel of a step controller's actuator, computed from the pulses and the actuator's travel time from stop to
+//! stop. Stops and backlash are not taken into account.
 
 use crate::home::Home;
 use crate::session::Record;
@@ -11,11 +11,11 @@ use modeldescription::digits::short;
 
 /// The remedy if the travel is unknown.
 const REMEDY: &str = "identify from a CSV file that contains the actuator position";
-/// The travel per sample during a pulse, as a fraction of the whole travel: this looks like a step even if the
-/// controller is called often.
+/// The minimum travel per sample during a pulse, as a fraction of the range of the travel: so, even if a pulse lasts
+/// for many calls, it looks like a step.
 const MOVE: f64 = 0.04;
 
-/// A plant's model, from the travel of the actuator to the process value.
+/// Identifies the plant from the travel of the actuator, as its manipulated value, and the process value.
 ///
 /// # Errors
 /// As for [`percent_of_a_call`], or the record does not reveal the plant.
@@ -49,7 +49,7 @@ pub(crate) fn identify(
 /// The distance that a pulse of one call moves the actuator, in percent of its travel.
 ///
 /// # Errors
-/// The controller is not a step controller, or not all of its calls are recorded.
+/// The controller is not a step controller with a travel time above 0, or it is called more often than the run records.
 pub(crate) fn percent_of_a_call(home: &dyn Home, record: &Record) -> Result<f64> {
     Motor::new(home, record)?.percent_of_a_call(record)
 }
@@ -93,21 +93,21 @@ impl Motor {
     }
 }
 
-/// A setting of the controller in the last call.
+/// The value of a setting in the last call.
 fn last(record: &Record, member: &str, setting: &str) -> Result<f64> {
     let column = record.column(&format!("{member}.{setting}"))?;
     let last = record.trace().exact().end.saturating_sub(1);
     record.trace().column(column, last..last + 1).next().context("the run has no calls")
 }
 
-/// The distance that pulses up and down have moved the actuator, in percent; `percent` is the distance of a pulse of
-/// one call.
+/// The total displacement of the actuator by the pulses up and down, in percent; `percent` is the travel per call of a
+/// pulse.
 pub(crate) fn total(pulses: &[Vec<bool>], percent: f64) -> f64 {
     let calls = |which: usize| pulses[which].iter().filter(|is_on| **is_on).count() as f64;
     percent * (calls(0) - calls(1))
 }
 
-/// The mean of the travel in each call, in percent.
+/// The mean position of the actuator during each call, in percent, counted from its first position.
 fn travel(pulses: &[Vec<bool>], percent: f64) -> Vec<f64> {
     let mut position = 0.0;
     let mean = |(up, down): (&bool, &bool)| {
@@ -118,13 +118,14 @@ fn travel(pulses: &[Vec<bool>], percent: f64) -> Vec<f64> {
     pulses[0].iter().zip(&pulses[1]).map(mean).collect()
 }
 
-/// The number of calls per sample.
+/// The number of calls per sample for which a pulse moves the actuator by at least [`MOVE`] per sample.
 fn stride(travel: &[f64], percent: f64) -> usize {
     let (low, high) = travel.iter().fold((0.0_f64, 0.0_f64), |(low, high), at| (low.min(*at), high.max(*at)));
     ((MOVE * (high - low) / percent).ceil() as usize).max(1)
 }
 
-/// One sample per `stride` calls: the mean of the input over them, and the output at their beginning.
+/// Thins out the signals to one sample per `stride` calls: time and output in the first of these calls, and the mean of
+/// the input over all of them.
 fn thinned(times: &[f64], input: &[f64], output: &[f64], stride: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let firsts = |values: &[f64]| values.iter().copied().step_by(stride).collect::<Vec<_>>();
     let means = input.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect();

@@ -1,4 +1,4 @@
-//! A loop whose plant is held in manual mode, for a test.
+//! A loop held in manual mode for a test of its plant.
 
 use super::{FIRST, MOST_CALLS, SETTLED, Settle, UNKNOWN_PERIOD, is_at_rest, settle};
 use crate::describe::describe;
@@ -12,7 +12,8 @@ use control::identify::means_of_pulses;
 use run::fmus::number_of;
 use run::system::{Exchange, Value};
 
-/// A loop in manual mode.
+/// A loop held in manual mode. Displacements of the actuator are in the unit of the manipulated value; with pulses, in
+/// percent of its travel.
 pub(super) struct Bench<'a> {
     pub(super) home: &'a dyn Home,
     pub(super) session: &'a mut Session,
@@ -22,9 +23,9 @@ pub(super) struct Bench<'a> {
     switch_name: String,
     /// The previous mode, manual value and manual pulses.
     was: Values,
-    /// The initial position of the actuator; with pulses, the origin of its travel.
+    /// The initial position of the actuator; 0 with pulses, whose travel is counted from there.
     pub(super) output: f64,
-    /// When the hold begins, in seconds.
+    /// When the hold began, in seconds.
     pub(super) from: f64,
     /// The number of calls in a pulse period, in which the controller may sample the process value only once; 1 without
     /// pulses.
@@ -37,13 +38,13 @@ enum Drive {
         name: String,
         /// The manual value that keeps the actuator at its initial position.
         held: f64,
-        /// Its current displacement.
+        /// The current displacement from that position.
         away: f64,
-        /// The limits of the manipulated value, low and high.
+        /// The names of the low and the high limit of the manipulated value.
         limits: Option<[String; 2]>,
     },
     Pulses {
-        /// Down and up.
+        /// The pulses down and up.
         names: [String; 2],
         /// The variables that indicate the low and the high stop of the actuator.
         stops: [Option<String>; 2],
@@ -122,7 +123,7 @@ impl<'a> Bench<'a> {
 
     /// Finds the manual value that leaves the output unchanged.
     fn hold_value(&mut self, output: &str, until_seen: usize) -> Result<()> {
-        // Pulses are on or off in any one call: the actuator follows their mean.
+        // In a single call, a pulse is either on or off; the actuator follows the mean.
         let pulses = self.signals(0.0)?;
         let means = means_of_pulses(&pulses.times, &pulses.manipulated_value).filter(|_| !pulses.pulses.is_empty());
         let target = match means.as_ref().and_then(|(means, _)| means.last()) {
@@ -139,7 +140,8 @@ impl<'a> Bench<'a> {
             self.every = ((period / self.session.record(None)?.step()).round() as usize).max(1);
             return Ok(());
         }
-        // The block's output is a linear function of the manual value: a factor and an offset.
+        // Within its limits, the block's output is a linear function of the manual value, with unknown factor and
+        // offset.
         let mut tried: Option<(f64, f64)> = None;
         let mut manual = target;
         for _ in 0..3 {
@@ -184,8 +186,8 @@ impl<'a> Bench<'a> {
         self.put(0.0).map(drop)
     }
 
-    /// Whether the actuator can move this far from its initial position: the manipulated value is within its limits, or
-    /// the actuator is not at that stop.
+    /// Whether the actuator can move this far from its initial position: the manipulated value would be within its
+    /// limits. With pulses: whether the actuator is not at the stop in that direction.
     pub(super) fn is_within(&mut self, size: f64) -> Result<bool> {
         match &self.drive {
             Drive::Value { limits: None, .. } => Ok(true),
@@ -213,7 +215,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Moves the actuator this far from its initial position, and returns the number of calls needed.
+    /// Moves the actuator to this distance from its initial position, and returns the number of calls that its pulse
+    /// took.
     pub(super) fn put(&mut self, value: f64) -> Result<usize> {
         let way = value - self.away()?;
         match &mut self.drive {
@@ -258,7 +261,7 @@ impl<'a> Bench<'a> {
         self.run(1)
     }
 
-    /// Moves the process value of an integrating plant back to a level, by the opposite of the last step.
+    /// Moves the process value of an integrating plant back to a level, by the opposite of the step `size`.
     fn drive_back(&mut self, level: f64, size: f64) -> Result<()> {
         let values = self.process_value()?;
         let off = values.last().map_or(0.0, |last| last - level);
@@ -297,7 +300,7 @@ impl<'a> Bench<'a> {
         Signals::new(self.home, self.session.record(None)?, Some(from), None)
     }
 
-    /// The process value since the hold began.
+    /// The process value in each call since the hold began.
     pub(super) fn process_value(&self) -> Result<Vec<f64>> {
         self.process_value_from(self.from)
     }
@@ -311,7 +314,8 @@ impl<'a> Bench<'a> {
         Ok(self.process_value_from(from)?.into_iter().step_by(self.every).collect())
     }
 
-    /// Makes calls until the process value has settled and meets the condition `is_done`.
+    /// Makes calls until the process value has settled within the fraction `part` of its range and meets the condition
+    /// `is_done`.
     pub(super) fn settle(&mut self, part: f64, is_done: impl Fn(&[f64]) -> bool) -> Result<()> {
         let from = self.next_time()?;
         let first = FIRST * self.every;

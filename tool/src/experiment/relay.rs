@@ -1,26 +1,27 @@
 //! The relay test: finds the gain and period at which a P action alone would make the loop oscillate.
 //!
-//! A relay finds them approximately; a hysteresis against noise and the harmonics of its square wave shift the result.
-//! Therefore, square waves of fixed periods follow: the first harmonics of manipulated and process value yield gain and
-//! phase of the sampled plant exactly, and both are interpolated between the periods next to -180 degrees.
+//! A relay finds them only approximately: its hysteresis, needed against noise, and the harmonics of its square wave
+//! shift the result. Therefore, square waves of fixed periods follow: the first harmonics of manipulated value and
+//! process value yield gain and phase of the sampled plant exactly, and both are interpolated between the two periods
+//! whose phases enclose -180 degrees.
 
 use super::{Bench, FIRST, REST, RelayTest, half, mean, noise};
 use anyhow::{Result, bail, ensure};
 use std::f64::consts::{PI, TAU};
 
-/// The number of relay periods to wait for.
+/// The number of periods of the relay's oscillation; the last one is measured.
 const PERIODS: usize = 3;
 /// The maximum number of square waves tried.
 const WAVES: usize = 8;
 /// The number of periods of a square wave before measurement starts.
 const PASSED: usize = 2;
-/// The minimum number of measured periods, and the maximum in the presence of noise.
+/// The number of measured periods: the minimum, and the maximum in the presence of noise.
 const MEASURED: std::ops::RangeInclusive<usize> = 3..=30;
-/// The allowed fraction of noise in the first harmonic.
+/// The allowed noise in the first harmonic, as a fraction of it.
 const CLEAR: f64 = 0.01;
-/// The phase is found if it is this close to -180 degrees, in radians.
+/// A phase counts as -180 degrees if it is this close, in radians.
 const NEAR: f64 = 0.05;
-/// Shorter periods, in calls, are caused by the sampling rather than by the plant.
+/// The shortest period considered, in calls: shorter ones are caused by the sampling rather than by the plant.
 const SHORTEST: usize = 4;
 
 /// The result of the test.
@@ -32,8 +33,8 @@ pub(super) struct Found {
     pub remarks: Vec<String>,
 }
 
-/// Gain and phase of the plant for a period in calls; the phase is that of a plant with a gain above 0, from -2 pi to
-/// 0.
+/// The plant's gain and phase for a square wave of this period in calls. The phase is from -2 pi to 0, with the sign of
+/// the plant's gain taken out.
 struct Response {
     period: usize,
     gain: f64,
@@ -73,8 +74,8 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
         let phase = response.phase;
         responses.push(response);
         responses.sort_by_key(|response| response.period);
-        // A longer period has less phase lag: the next period to try is where the phase crosses -180 degrees between
-        // two tried periods, or near one of them.
+        // A longer period has less phase lag. The next period to try is where the phase crosses -180 degrees between
+        // two tried periods; if it does not, a shorter or a longer one.
         let next = match responses.iter().position(|response| response.phase > -PI) {
             Some(0) => (period as f64 * (-phase / PI).clamp(0.5, 0.95)).floor() as usize,
             None => (period as f64 * (-phase / PI).clamp(1.05, 2.0)).ceil() as usize,
@@ -90,7 +91,7 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     }
     bench.put(0.0)?;
     let between = responses.iter().position(|response| response.phase > -PI).filter(|at| *at > 0);
-    // If the phase is near -180 degrees, extrapolates slightly beyond two periods.
+    // If only phases on one side of -180 degrees were found, but one is near it, extrapolates from two periods.
     let beyond = || {
         let last = responses.len().checked_sub(1).filter(|last| *last > 0)?;
         let at = if responses[0].phase > -PI { 1 } else { last };
@@ -113,14 +114,14 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     Ok(Found { gain: sign / gain.exp(), period, swing, hysteresis, remarks })
 }
 
-/// The period at which the phase is -180 degrees, between two periods with a phase below and above.
+/// The period in calls at which the phase is -180 degrees, interpolated between two periods.
 fn ultimate_period(short: &Response, long: &Response) -> f64 {
     let part = (-PI - short.phase) / (long.phase - short.phase);
     short.period as f64 * (long.period as f64 / short.period as f64).powf(part)
 }
 
-/// Lets a relay oscillate; returns the amplitude of the process value, the sign of the plant's gain, the amplitude of
-/// the manipulated value, and the period in calls.
+/// Lets the loop oscillate under relay control; returns the amplitude of the process value, the sign of the plant's
+/// gain, the amplitude of the manipulated value, and the period in calls.
 fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> Result<(f64, f64, f64, usize)> {
     let mut is_up = true;
     bench.put(amplitude)?;
@@ -132,7 +133,8 @@ fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> 
         waited += 1;
         bench.check_patience(waited, "the process value does not oscillate: choose a larger amplitude")?;
         let off = bench.value(&bench.process_value_name.clone())? - level;
-        // Twice in a row: noise exceeds four times its deviation once in several thousand calls.
+        // The threshold must be exceeded twice in a row: noise exceeds four times its standard deviation once in
+        // several thousand calls.
         if sign == 0.0 && off.abs().min(before * off.signum()) > hysteresis + 1e-9 {
             sign = off.signum();
         }
@@ -153,7 +155,7 @@ fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> 
     Ok((half(&recorded.process_value), sign, half(&recorded.manipulated_value), rises[PERIODS] - rises[PERIODS - 1]))
 }
 
-/// Drives the plant with a square wave of a period in calls, and measures its response.
+/// Drives the plant with a square wave of this period in calls, and measures its response.
 fn wave(bench: &mut Bench, amplitude: f64, period: usize, noise: f64, sign: f64) -> Result<Response> {
     let drive = |bench: &mut Bench, periods: usize| -> Result<()> {
         for _ in 0..periods {
@@ -164,7 +166,7 @@ fn wave(bench: &mut Bench, amplitude: f64, period: usize, noise: f64, sign: f64)
         }
         Ok(())
     };
-    // Wait long enough for a dead time of many periods to pass, too.
+    // Wait long enough even if the dead time spans many periods.
     drive(bench, PASSED.max(FIRST.div_ceil(period)))?;
     let from = bench.next_time()?;
     drive(bench, *MEASURED.start())?;
@@ -182,7 +184,7 @@ fn wave(bench: &mut Bench, amplitude: f64, period: usize, noise: f64, sign: f64)
     Ok(Response { period, gain: swing / moved, phase: lag })
 }
 
-/// Amplitude and phase of the first harmonic of whole periods, without their drift.
+/// Amplitude and phase of the first harmonic over the last whole periods, with the drift subtracted.
 fn harmonic(values: &[f64], period: usize) -> (f64, f64) {
     let count = values.len() / period * period;
     let values = &values[values.len() - count..];

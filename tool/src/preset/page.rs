@@ -1,4 +1,4 @@
-//! The page of a preset: its block's page, with a section on the start values at the top.
+//! The documentation page of a preset: the block's page, with a section on the start values at the top.
 
 use anyhow::Context;
 use blocks::table::number::number;
@@ -8,20 +8,20 @@ use modeldescription::digits;
 use parameters::{Loop, Origin};
 use std::fmt::{self, Write};
 
-/// Comments in the page that enclose the section of a preset.
+/// The comments that enclose the section on a preset's start values.
 pub const PRESET: (&str, &str) = ("<!-- preset -->", "<!-- end of preset -->");
 
-/// Comments that enclose the page's text on recorded results.
+/// The comments that enclose the text on recorded results.
 pub const RECORDING: (&str, &str) = ("<!-- recorded -->", "<!-- end of recorded -->");
 
-/// Comments that enclose the page's text on the FMU's C source.
+/// The comments that enclose the text on the FMU's C source.
 pub const SOURCE: (&str, &str) = ("<!-- source -->", "<!-- end of source -->");
 
 /// The page of a preset called `name`, derived from the page of its block or of another preset of it. `library` is the
 /// GUID of the block's own FMU.
 ///
 /// # Errors
-/// The page has no place for the section.
+/// The page lacks the comments that enclose one of the replaced texts.
 pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Result<String> {
     let section = section(name, library, values)?;
     let page = replaced(page, PRESET, &section)?;
@@ -67,7 +67,7 @@ fn section(name: &str, library: &str, values: &Loop) -> Result<String, fmt::Erro
     Ok(html)
 }
 
-/// Returns the page with new text between two marks.
+/// Returns the page with `text` in place of what is between two marks.
 fn replaced(page: &str, (begin, end): (&str, &str), text: &str) -> anyhow::Result<String> {
     let parts = || {
         let (before, rest) = page.split_once(begin)?;

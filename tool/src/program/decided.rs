@@ -9,9 +9,9 @@ use std::collections::HashMap;
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Decisions {
-    /// On the value; `None` if it is not a truth value.
+    /// The decision on the assigned value; `None` if it is not a truth value.
     pub value: Option<Decision>,
-    /// On the conditions under which it runs, in order.
+    /// The decisions on the conditions under which the assignment is executed, in order.
     pub guards: Vec<Option<Decision>>,
 }
 
@@ -24,18 +24,18 @@ pub struct Decision {
     /// The role of each operand in the decision: `decided`, `shared` (one reason of several), `idle`.
     #[cfg_attr(test, ts(type = "(\"decided\" | \"shared\" | \"idle\")[]"))]
     pub parts: Vec<String>,
-    /// The values of the operands when they were calculated; `None` for one that is not a Boolean.
+    /// The values of the operands when the decision was calculated; `None` for an operand that is not a Boolean.
     pub values: Vec<Option<bool>>,
-    /// The numbers of the deciding truth values, as for wires.
+    /// The numbers of the deciding truth values, as in `Monitored::wires`.
     pub wires: Vec<u32>,
 }
 
-/// The decisions in a block, for the instance at a path.
+/// The decisions for each write of a block in the instance at `path`.
 pub(super) fn decisions(program: &Program, blocks: &[CodeBlock], block: &str, path: &str) -> Vec<Decisions> {
     let Some(of) = blocks.iter().find(|of| of.name.eq_ignore_ascii_case(block)) else { return Vec::new() };
     let mut noted: HashMap<u32, Option<bool>> = HashMap::new();
     for (wire, truth) in program.wires(block, path) {
-        // A value calculated twice, with different results, is unknown.
+        // A value that was calculated more than once with different results is unknown.
         noted.entry(wire).and_modify(|kept| *kept = kept.filter(|kept| *kept == truth)).or_insert(Some(truth));
     }
     let value = |wire: u32| noted.get(&wire).copied().flatten();

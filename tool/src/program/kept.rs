@@ -19,25 +19,25 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// At most this many warnings of a run are kept.
+/// The maximum number of warnings kept of a running program.
 const MOST_WARNINGS: usize = 200;
 
-/// A home with the programs opened in it.
+/// A home whose catalogue also contains the programs opened by the page.
 pub struct Programs<H> {
     home: H,
     kept: RefCell<Vec<Arc<Kept>>>,
-    /// The program started last under each member name.
+    /// The program last instantiated under each member name.
     running: RefCell<BTreeMap<String, Rc<RefCell<Running>>>>,
 }
 
-/// A program that runs in a loop.
+/// A program instantiated in a loop.
 struct Running {
     instance: Instance<Program>,
     warnings: Vec<String>,
     blocks: Arc<Vec<CodeBlock>>,
 }
 
-/// A running program as a member of the loop, which owns its members.
+/// The running program as seen by the loop, which owns its members; the page watches the same instance.
 struct Shared(Rc<RefCell<Running>>);
 
 impl<H: Home> Programs<H> {
@@ -46,8 +46,9 @@ impl<H: Home> Programs<H> {
         Programs { home, kept: RefCell::default(), running: RefCell::default() }
     }
 
-    /// Adds a program to the catalogue under the name passed to `make`, and returns that name. A known program keeps
-    /// its name; a changed one gets a new name, so that runs of the earlier one can be repeated.
+    /// Adds a program to the catalogue and returns its name, which is also passed to `make`. A program that is already
+    /// in the catalogue keeps its name; a changed program gets a new name, so that runs of the earlier one can still be
+    /// repeated.
     pub(super) fn admit(
         &self,
         loaded: Loaded,
@@ -83,7 +84,7 @@ impl<H: Home> Programs<H> {
         Ok(look(running.instance.block(), &running.warnings, &running.blocks))
     }
 
-    /// Runs something alongside the current run without changing which programs are watched.
+    /// Calls `run`, which may instantiate programs; then the programs of the current run are watched again.
     pub(crate) fn beside<T>(&self, run: impl FnOnce() -> T) -> T {
         let present = self.running.borrow().clone();
         let done = run();

@@ -16,13 +16,13 @@ use std::collections::BTreeMap;
 /// The maximum total size of the files, in bytes.
 const LARGEST: usize = 16 << 20;
 
-/// Separates the name of a workbook from the name of one of its parts, which the page has unpacked.
+/// Marks a part of a workbook: the page unpacks workbooks and appends the part's path to the workbook's name.
 const WORKBOOK: &str = ".xlsx/";
 
 /// The sources and the tag tables among files. Ignores files that do not belong to a program.
 ///
 /// # Errors
-/// A file is not Base64, the files are too large, or a tag table is faulty.
+/// A file is not Base64, a tag table is faulty, the files are too large, or there is no source among them.
 pub(super) fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
     let size: usize = files.iter().map(|of| of.content.len() / 4 * 3).sum();
     ensure!(
@@ -61,7 +61,7 @@ pub(super) fn read(files: &[SourceFile], manifest: &Manifest) -> Result<Parts> {
     parts(manifest, sources, tables).map_err(Error::msg)
 }
 
-/// The tags of a workbook; `None` if it contains something else.
+/// The tags of a workbook; `None` if it contains no tag table.
 fn workbook(mut parts: BTreeMap<&str, Vec<u8>>) -> Result<Option<Tags>, String> {
     let mut part = |path: &str| {
         let bytes = parts.remove(path);

@@ -1,5 +1,5 @@
-//! The roles of a program's variables in a loop, inferred from its calls of controllers: the variable passed as the
-//! process value of a controller is the process value of the program.
+//! Infers the roles of a program's variables in a loop from its controller calls: the variable passed as a controller's
+//! process value is the program's process value.
 
 use super::Instance;
 use crate::home::Home;
@@ -8,7 +8,7 @@ use modeldescription::{Row, Table};
 use run::dialog::{self, Group, MANUAL_MODE, Roles};
 use scl::watch::{Called, CodeBlock};
 
-/// The dialog of a program whose documentation has none; `None` if nothing is known.
+/// The dialog of a program without one in its own documentation; `None` if it has one, or if no roles can be inferred.
 pub(super) fn dialog(
     home: &dyn Home,
     table: &Table,
@@ -20,7 +20,7 @@ pub(super) fn dialog(
     Some((roles, dialog::groups(table, "Settings")))
 }
 
-/// The roles inferred from the first controller call in the program's own block that reveals any.
+/// The roles inferred from the first call of a controller in the program's main block.
 fn roles(home: &dyn Home, table: &Table, blocks: &[CodeBlock], parts: &[Instance]) -> Option<Roles> {
     let own = parts.first().map(|part| part.block.as_str())?;
     let block = blocks.iter().find(|block| block.name.eq_ignore_ascii_case(own))?;
@@ -46,13 +46,13 @@ fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
         .manual
         .as_ref()
         .and_then(|(on, value)| Some((settable(&Some(on.clone()))?, settable(&Some(value.clone()))?)));
-    // Many programs switch the mode themselves.
+    // Many programs switch the mode themselves: then the mode is only displayed.
     let switch =
         of_native.manual.as_ref().filter(|_| manual.is_none()).map(|(on, _)| format!("{}.{on}", call.instance));
     let switch = switch.and_then(|name| table.rows.iter().find(|row| row.name.eq_ignore_ascii_case(&name)));
     let process_value = passed(&of_native.process_value, |role| role == Role::Input);
     Roles {
-        // Between the program's setpoint and the controller's, there is often a ramp or a setpoint selector.
+        // A ramp or a setpoint selector often separates the program's setpoint from the controller's.
         setpoint: settable(&of_native.setpoint).or_else(|| named_setpoint(table)),
         shown_process_value: process_value.clone(),
         process_value,

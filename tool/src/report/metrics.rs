@@ -59,8 +59,8 @@ fn list<'a>(page: &mut String, figures: impl Iterator<Item = &'a Figure>) -> Res
     Ok(())
 }
 
-/// The settling or recovery criterion, as a sentence: ` Settled: the process value stays within ±0.4 K of the
-/// setpoint, 2 % of the step.`
+/// The settling or recovery criterion as a sentence with a leading space: ` Settled: the process value stays within
+/// ±0.4 K of the setpoint, 2 % of the step.`
 fn band(word: &str, of: &str, happened: &Happened, figures: &Figures, unit: Option<&str>) -> Option<String> {
     let own = figures.figures.iter().find(|figure| figure.key == "peak").and_then(|figure| figure.unit.clone());
     let unit = own.or_else(|| Unit::ProcessValue.text(unit, None));
@@ -71,7 +71,7 @@ fn band(word: &str, of: &str, happened: &Happened, figures: &Figures, unit: Opti
     ))
 }
 
-/// The disturbance of the loop: `TANK.DRAIN from 100 to 80 % at 600 s`, and the end of its window.
+/// A disturbance and the end of its window: `TANK.DRAIN from 100 to 80 % at 600 s, until 900 s`.
 pub(super) fn disturbed_by(record: Option<&Record>, happened: &Happened) -> String {
     let told = |set: &Set| {
         let column = record.and_then(|record| Some(&record.columns()[record.column(&set.variable).ok()?]));
@@ -90,7 +90,7 @@ pub(super) fn disturbed_by(record: Option<&Record>, happened: &Happened) -> Stri
     format!("{}, until {} s", by.join(", "), short(happened.start + happened.duration))
 }
 
-/// The settings of the controller with this FMU that were changed after a time.
+/// The controller settings changed after `time`, with value and time; `fmu` is the controller's FMU.
 fn changed_after(record: &Record, time: f64, fmu: &str, roles: &Roles) -> Vec<String> {
     let Some(member) = record.setup().members.iter().find(|member| member.fmu == fmu) else { return Vec::new() };
     let own = |variable: &str| -> Option<String> {

@@ -1,4 +1,4 @@
-//! The compared rules as a table, and the step before and after one of them was applied.
+//! The table of compared rules, and the predicted step before and after one of them was applied.
 
 use super::{Report, Tuning, step, three, with_unit};
 use crate::home::Home;
@@ -19,7 +19,7 @@ use std::fmt::Write;
 
 /// The content of an empty cell.
 const NONE: &str = "\u{2013}";
-/// The step is drawn for this many times the longer settling time.
+/// The step is drawn for at most this many times the longer of the two settling times.
 const LONGER: f64 = 1.5;
 
 /// The metrics of the table: their titles, and their names in [`Tuned::absent`].
@@ -39,7 +39,7 @@ const METRICS: [(&str, &str); 9] = [
 const IN_WORDS: [&str; 7] =
     ["Ms", "overshoot", "settling time", "travel", "deviation after a load", "recovery time", "IAE after a load"];
 
-/// The table of the rules, the applied one marked.
+/// The table of the rules, with the applied one marked.
 pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description: &Description) -> Result<()> {
     let tuned: Vec<&Tuned> = of.rows.iter().filter_map(|row| row.tuned.as_ref()).collect();
     let Some(first) = tuned.first() else { return Ok(()) };
@@ -110,7 +110,7 @@ pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description
     Ok(())
 }
 
-/// The conditions for the numbers in the table.
+/// The conditions to which the numbers in the table apply.
 fn about(first: &Tuned, report: &Report, deviation: &str) -> String {
     let unit = units::shown(report.units[0].unwrap_or_default());
     let step = match first.predicted.setpoint.as_slice() {
@@ -154,7 +154,7 @@ fn metrics_of(tuned: &Tuned) -> [Option<f64>; 9] {
 pub(crate) struct RulesTable {
     /// The rules, one per row.
     pub rows: Vec<RuleOutcome>,
-    /// The reasons for missing metrics, a line for each.
+    /// The reasons for missing metrics, one per line.
     pub missing: Vec<String>,
 }
 
@@ -164,7 +164,7 @@ impl From<Vec<RuleOutcome>> for RulesTable {
     }
 }
 
-/// The reasons for missing metrics, a line for each with the metrics and the rules concerned.
+/// The reasons for missing metrics, one per line, with the metrics and rules concerned.
 fn missing(rows: &[RuleOutcome]) -> Vec<String> {
     let mut all: Vec<(&str, Vec<&str>, Vec<&str>)> = Vec::new();
     let tuned = || rows.iter().filter_map(|row| Some((&*row.name, &row.tuned.as_ref()?.absent)));
@@ -190,7 +190,7 @@ fn missing(rows: &[RuleOutcome]) -> Vec<String> {
     all.into_iter().map(line).collect()
 }
 
-/// The metrics, margins aside, in which a rule is better than all others that leave the loop stable.
+/// The metrics, margins aside, in which the applied rule is better than all others with a stable loop.
 fn best(applied: &RuleOutcome, rows: &[RuleOutcome]) -> Vec<&'static str> {
     let Some(own) = applied.tuned.as_ref().map(metrics_of) else { return Vec::new() };
     let others = || rows.iter().filter(|row| row.rule != applied.rule).filter_map(|row| row.tuned.as_ref());
@@ -200,7 +200,7 @@ fn best(applied: &RuleOutcome, rows: &[RuleOutcome]) -> Vec<&'static str> {
     if others.is_empty() { Vec::new() } else { (0..IN_WORDS.len()).filter(is_best).map(|at| IN_WORDS[at]).collect() }
 }
 
-/// The step with the settings before and after a rule was applied, as the model predicts them, in one picture.
+/// Draws the predicted steps with the settings before and after the rule was applied, and compares their metrics.
 ///
 /// # Errors
 /// Why the block cannot be simulated with the model.

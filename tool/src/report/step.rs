@@ -1,5 +1,5 @@
-//! The step to which the figures of a report refer: predicted and measured, and drawn larger than in the curves of the
-//! whole run.
+//! The step and the disturbance to which the figures of a report refer: predicted and measured. The step also gets a
+//! chart of its own.
 
 use super::{Tuning, three, with_unit};
 use crate::describe::describe;
@@ -23,19 +23,19 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// A step that covers less than this fraction of the run also gets its own chart.
+/// A step that covers less than this fraction of the run gets its own chart even without a prediction.
 const SMALL: f64 = 0.5;
 
-/// The metrics by which a prediction is judged, and the allowed deviation of the run: a fraction of the larger value;
-/// for the overshoot, in percent of the step.
+/// The metrics by which a prediction is judged, and the allowed difference to the run: a fraction of the larger value;
+/// for the overshoot, percentage points.
 const JUDGED: [(&str, f64); 5] =
     [("rise", AGREES), ("overshoot", 2.0), ("settling", AGREES), ("iae", AGREES), ("travel", AGREES)];
 const AGREES: f64 = 0.1;
 
-/// The time shown before a step, as a fraction of the step's time.
+/// The time shown before a step, as a fraction of the time shown after it.
 const BEFORE: f64 = 0.05;
 
-/// A measured step, and its prediction by the identified model.
+/// The prediction of a measured step by the identified model.
 pub(super) struct Predicted {
     /// When the step began, in seconds.
     pub(super) start: f64,
@@ -44,8 +44,8 @@ pub(super) struct Predicted {
     settings: String,
 }
 
-/// Predicts the last setpoint step with the settings in force at that time. `None` if there is no such step in
-/// automatic mode.
+/// Predicts a step with the settings in force at that time. `None` unless it is a setpoint step in automatic mode, and
+/// the call before it is still stored.
 ///
 /// # Errors
 /// Why the block cannot be simulated with the model.
@@ -106,7 +106,7 @@ fn in_force(home: &dyn Fmus, record: &Record, own: &Member, call: usize) -> Resu
     Ok((controller, values))
 }
 
-/// The request to predict a step with the settings of a controller, without a rule.
+/// The request to predict a step with the controller's own settings; the rule in it is not applied.
 pub(super) fn request(controller: &Controller, tuning: &Tuning, step: Step, exchange: Exchange) -> TuneRequest {
     TuneRequest {
         model: tuning.model,
@@ -126,12 +126,13 @@ pub(super) fn request(controller: &Controller, tuning: &Tuning, step: Step, exch
 pub(super) struct Disturbance {
     /// The equivalent load at the plant's input, in the unit of the manipulated value.
     load: f64,
-    /// Its figures by their keys.
+    /// The predicted figures, by key.
     figures: Vec<(&'static str, f64)>,
 }
 
-/// Predicts the last disturbance of a run with the settings in force at that time, as a load at the plant's input. Its
-/// size is the controller's own disturbance, or the compensating change in the manipulated value.
+/// Predicts the last disturbance of a run with the settings in force at that time, as a load at the plant's input. If
+/// the controller's own disturbance input was set, that is the load; otherwise, the change in the manipulated value
+/// that compensated the disturbance.
 ///
 /// # Errors
 /// Why it cannot be predicted.
@@ -204,11 +205,11 @@ pub(crate) struct Forecasted {
     pub verdict: String,
 }
 
-/// The last setpoint step in a run as predicted by the identified plant with the settings in force at that time.
-/// `None` if it was not a step from steady state in automatic mode.
+/// The last setpoint step in a run as predicted by the identified plant with the settings in force at that time. `None`
+/// if it was not a setpoint step in automatic mode.
 ///
 /// # Errors
-/// The run has no controller or no figures, or the block cannot be simulated with the model.
+/// No such run; it has no controller or no figures; or the block cannot be simulated with the model.
 pub(crate) fn forecast(
     home: &dyn Home,
     session: &Session,
@@ -228,7 +229,7 @@ pub(crate) fn forecast(
     }))
 }
 
-/// Whether a run agrees with the prediction: the metrics that deviate, and by how much.
+/// Says whether a run agrees with the prediction, or which metrics differ and by how much.
 fn verdict(predicted: &[(&'static str, f64)], run: &Figures) -> String {
     let off = |(key, allowed): &(&str, f64)| {
         let (_, predicted) = predicted.iter().find(|(name, _)| name == key)?;
@@ -286,7 +287,7 @@ pub(super) fn side_by_side(
     Ok(())
 }
 
-/// Predicted figures, by key, next to the run's figures.
+/// The table of predicted figures next to the run's figures.
 fn table(page: &mut String, predicted: &[(&'static str, f64)], figures: &Figures) -> Result<()> {
     let row = |figure: &Figure| {
         let (_, predicted) = predicted.iter().find(|(key, _)| *key == figure.key)?;
@@ -295,7 +296,7 @@ fn table(page: &mut String, predicted: &[(&'static str, f64)], figures: &Figures
     beside(page, ["Predicted", "Measured"], figures.figures.iter().filter_map(row))
 }
 
-/// A table of metrics with two values each: the title, the values, and their unit.
+/// A table of metrics. Each row has a title, two values, and their unit.
 pub(super) fn beside(
     page: &mut String,
     columns: [&str; 2],
@@ -315,8 +316,8 @@ pub(super) fn beside(
     Ok(())
 }
 
-/// The part of the run with the step, including a short time before it; `None` if the step covers most of the run and
-/// no prediction is drawn with it.
+/// The beginning and end of the step's own chart, which includes a short time before the step; `None` if the step
+/// covers most of the run and has no prediction.
 pub(super) fn part(record: &Record, figures: &Figures, is_predicted: bool) -> Option<(f64, f64)> {
     let (from, to) = (figures.from, figures.to);
     let run = record.time(record.calls().checked_sub(1)?) - record.time(0);
@@ -324,7 +325,7 @@ pub(super) fn part(record: &Record, figures: &Figures, is_predicted: bool) -> Op
     is_drawn.then_some((from - BEFORE * (to - from), to))
 }
 
-/// The predicted process value at the times of a chart; a gap before the step and after the prediction.
+/// The predicted process value at the times of a chart; NaN, drawn as a gap, before the step and after the prediction.
 pub(super) fn curve(of: &Predicted, times: &[f64]) -> Vec<f64> {
     let Forecast { process_value, cycle, .. } = &of.forecast;
     let value = |time: &f64| {

@@ -1,5 +1,5 @@
-//! The origin of a report's settings: the plant's model, the rule, and the margins of its result and of the settings in
-//! force.
+//! How the settings of a report were computed: the plant's model, the rule, and the margins of its result and of the
+//! settings in force.
 
 use super::{Report, Tuning, shown, three, with_unit};
 use crate::home::Home;
@@ -14,7 +14,8 @@ use run::fmus::{Member, Values, number_of};
 use run::system::Value;
 use std::fmt::Write;
 
-/// The plant's model, the rule and the margins; and the differing settings in force of the controller with this FMU.
+/// Writes the plant's model, the rule and the margins; the settings in force that differ from the rule's; and the
+/// compared rules.
 ///
 /// # Errors
 /// No such FMU.
@@ -80,7 +81,7 @@ pub(super) fn told(
     Ok(())
 }
 
-/// The settings of the controller that differ from those of the rule, with their margins.
+/// The controller's settings in force that differ from the rule's, with the margins that they result in.
 fn in_force(
     page: &mut String,
     home: &dyn Home,
@@ -126,7 +127,7 @@ fn in_force(
     }
 }
 
-/// Ms, gain margin and phase margin, where they exist, with their units.
+/// Ms, gain margin and phase margin, as name, value and unit; those that do not exist are left out.
 fn margins(of: [Option<f64>; 3]) -> Vec<(&'static str, String, &'static str)> {
     let names = [("Ms", ""), ("gain margin", ""), ("phase margin", "\u{b0}")];
     names.into_iter().zip(of).filter_map(|((name, unit), value)| Some((name, three(value?), unit))).collect()

@@ -1,4 +1,4 @@
-//! The page's message types, `tool/web/src/messages.d.ts`, generated from the Rust types.
+//! Generates the page's message types, `tool/web/src/messages.d.ts`, from the Rust types.
 
 use super::{Request, each_answer};
 use run::system::Value;
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::{env, fs};
 use ts_rs::{Config, TS, TypeVisitor};
 
-/// The contents of the file.
+/// The declarations collected for the file.
 pub(super) struct Types {
     config: Config,
     declarations: BTreeMap<String, String>,
@@ -26,9 +26,9 @@ impl TypeVisitor for Types {
 }
 
 impl Types {
-    /// The answer to a request.
+    /// Adds a request's answer and the types that it uses.
     pub(super) fn answer<T: TS + 'static>(&mut self, request: &str) {
-        // As serde writes it: SameTest becomes same_test.
+        // The name in JSON: SameTest becomes same_test.
         let mut name = String::new();
         for (at, letter) in request.char_indices() {
             if at > 0 && letter.is_uppercase() {

@@ -1,4 +1,4 @@
-//! Writes variables of any kind: once, or for every call.
+//! Writes variables of any role, outputs and local variables included: once, or for every call.
 
 use super::{Present, Session, Wired, fitting, shown};
 use crate::message::{Act, Event, State, Values};
@@ -18,17 +18,18 @@ pub(super) struct Forced {
 }
 
 impl Forced {
-    /// Its value in the form of a message.
+    /// The value as represented in messages.
     pub(super) fn shown(&self) -> Value {
         shown(self.assignment.kind, self.assignment.value)
     }
 }
 
 impl Session {
-    /// Writes variables of any kind.
+    /// Writes, forces or releases variables.
     ///
     /// # Errors
-    /// A variable is unknown, belongs to a foreign FMU, rejects its value, or is a connected input to be written once.
+    /// The run has ended; a variable is unknown or belongs to a foreign FMU; a value is invalid; or a variable to be
+    /// written once is forced or a connected input.
     pub fn force(&mut self, act: Act, values: &Values) -> Result<State> {
         let present = self.present()?;
         present.is_running()?;
@@ -75,7 +76,8 @@ impl Present {
         Ok(())
     }
 
-    /// Puts forced values into the row: a forced connected input has that value rather than the connected output's.
+    /// Puts the forced values into the row: a connected input that is forced has the forced value rather than that of
+    /// the connected output.
     pub(super) fn show_forced(&mut self) {
         for (column, of) in &self.forced {
             self.row[*column] = of.assignment.value;

@@ -22,8 +22,9 @@ impl Script {
         Script { setup, calls, events, exchanges: record.exchanges.clone() }
     }
 
-    /// Keeps only stimuli among the events. Other settings apply from the beginning, unless `values` contains
-    /// another value; so does a plant that replaced another.
+    /// Turns the script into a test with other settings. Of the events, only stimuli and forced variables recur; all
+    /// other settings apply from the beginning, with their last values or those in `values`. If members were replaced,
+    /// the last ones take part from the beginning.
     pub(super) fn put_settings(&mut self, home: &dyn Home, values: &Values) -> Result<()> {
         if let Some(last) = self.exchanges.pop() {
             self.exchanges.clear();
@@ -42,7 +43,7 @@ impl Script {
         }
         let members = &mut self.setup.members;
         let names = |name: &str, members: &[message::Member]| {
-            // This is unambiguous: no member's name begins with another member's name and a dot.
+            // This is unambiguous: no member's name begins with another's name followed by a dot.
             members.iter().position(|of| own_name(name, &of.name).is_some())
         };
         let all = members.clone();
@@ -52,12 +53,12 @@ impl Script {
         };
         let mut in_force = Values::new();
         self.events.retain(|event| {
-            // Forced variables are part of the test, if their members exist.
+            // Forced variables are part of the test if their members still exist.
             let keeps = match event.act {
                 Act::Set => is_stimulus(&event.variable),
                 _ => return names(&event.variable, &all).is_some(),
             };
-            // Settings of a removed plant do not apply to the next one.
+            // Settings of a removed member are dropped.
             if !keeps && names(&event.variable, &all).is_some() {
                 in_force.insert(event.variable.clone(), event.value);
             }
@@ -75,7 +76,7 @@ impl Script {
     }
 }
 
-/// The stimuli of a member.
+/// The names of a member's stimuli.
 fn stimuli(home: &dyn Home, member: &message::Member) -> Result<HashSet<String>> {
     let variables = describe(home, &member.fmu)?.variables;
     Ok(variables.into_iter().filter(|of| of.is_stimulus).map(|of| of.name).collect())

@@ -5,7 +5,7 @@ use crate::message::State;
 use anyhow::{Result, bail};
 use serde::{Deserialize, Serialize};
 
-/// A condition.
+/// A condition on a variable.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
@@ -20,7 +20,8 @@ pub struct Until {
 }
 
 impl Session {
-    /// Makes at most this many calls, up to the one in which the condition becomes true.
+    /// Makes calls up to the one in which the condition becomes true, but at most `calls`. A condition that is already
+    /// true must first become false.
     ///
     /// # Errors
     /// No run, or it has failed; too many calls; the condition names an unknown variable.

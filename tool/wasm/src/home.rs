@@ -1,4 +1,4 @@
-//! The home of the engine in the page: the FMUs that are linked in.
+//! The engine's home in the page: the FMUs linked into the WebAssembly.
 
 use anyhow::{Context, Result, bail};
 use blocks::EachBlock;
@@ -14,13 +14,13 @@ use tool::known;
 use tool::linked::Instance;
 use tool::message::{Entry, KnownLoop, LoopRole};
 
-/// The FMUs that are linked in.
+/// All linked FMUs.
 pub struct Linked {
     fmus: Vec<Fmu>,
     blocks: Vec<Arc<BlockType>>,
 }
 
-/// An FMU that is linked in.
+/// A linked FMU.
 struct Fmu {
     part: LoopRole,
     table: Arc<Table>,
@@ -29,7 +29,7 @@ struct Fmu {
 }
 
 impl Fmu {
-    /// The FMU as the packer would read it from its library.
+    /// The FMU, with the same interface as the packer reads from its library.
     fn new<B: blocks::Block>() -> Result<Fmu> {
         let interface = Interface::linked(Table::from(B::TABLE), Guid::<B>::TEXT)?;
         let description = Arc::new(ModelDescription::from_interface(&interface)?.description());
@@ -43,7 +43,7 @@ impl Linked {
     /// All linked FMUs: the blocks, then the plants.
     ///
     /// # Panics
-    /// The table of a block is faulty; then it has no FMU either.
+    /// The table of a block is faulty, so that no FMU can be built for it either.
     pub fn new() -> Linked {
         let mut linked = Linked { fmus: Vec::new(), blocks: Vec::new() };
         blocks::for_each_block(&mut linked);

@@ -1,11 +1,11 @@
-//! The engine as WebAssembly: [`home`] links the blocks and plants of this repository, and three functions take a
-//! request and return the answer.
+//! The engine as WebAssembly: [`home`] links the blocks and plants of this repository, and three exported functions
+//! pass a request in and the answer out.
 //!
 //! The page calls [`room`] with the length of the request in bytes, writes the request (JSON, UTF-8) to the returned
 //! address, calls [`message`], which returns the length of the answer, and reads the answer at the address returned by
 //! [`answer`]. Nothing is imported.
 
-// The exported functions are found by name; this is the only unsafe code here.
+// The exported functions are found by name, so they need `#[unsafe(no_mangle)]`: the only unsafe code here.
 #![cfg_attr(target_family = "wasm", allow(unsafe_code))]
 
 pub mod home;
@@ -25,7 +25,7 @@ thread_local! {
         RefCell::new(Page { engine: Engine::new(Linked::new()), request: Vec::new(), answer: String::new() });
 }
 
-/// Makes room for a request of `length` bytes and returns its address.
+/// Makes room for a request of `length` bytes and returns the address to write it to.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn room(length: usize) -> usize {
     PAGE.with_borrow_mut(|page| {
@@ -45,7 +45,7 @@ pub extern "C" fn message() -> usize {
     })
 }
 
-/// The address of the last answer.
+/// The address of the last answer, valid until the next request.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn answer() -> usize {
     PAGE.with_borrow(|page| page.answer.as_ptr().addr())
