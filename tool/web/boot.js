@@ -1,11 +1,12 @@
 /**
- * Unpacks and starts the page: one script with all modules, run from a URL that only this page can use, and the engine,
- * which a worker compiles in parallel.
+ * Unpacks and starts the page: a script with all modules, which runs from a blob URL, and the engine, which a worker
+ * compiles in parallel.
  */
 
 /**
- * Decodes a base-93 string: two digits hold 13 bits, or 14 where 93 squared has room for them. The digits are the
- * characters from ! to ~ except <, which has a meaning in a script. The worker runs a copy of this function's source.
+ * Decodes a base-93 string: two digits hold 13 bits, or 14 where the value permits, since 93 squared exceeds 2^13. The
+ * digits are the characters from ! to ~ except <, which has a meaning in HTML. The worker runs a copy of this
+ * function's source.
  *
  * @param {string} text
  * @returns {Uint8Array<ArrayBuffer>}
@@ -33,7 +34,7 @@ const decoded = (text) => {
 };
 
 /**
- * Unpacks gzip.
+ * Decodes a base-93 string and unpacks it with gzip.
  *
  * @param {string} text
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
@@ -44,8 +45,8 @@ const unpack = async (text) => {
 };
 
 /**
- * Unpacks LZMA: the length in 4 bytes, then a stream without a header whose literals depend on 4 bits of the preceding
- * byte. The worker runs a copy of this function's source.
+ * Unpacks LZMA: the unpacked length in 4 bytes (little-endian), then a stream without a header, with 4 literal context
+ * bits. The worker runs a copy of this function's source.
  *
  * @param {Uint8Array<ArrayBuffer>} packed
  * @returns {Uint8Array<ArrayBuffer>}
@@ -53,7 +54,7 @@ const unpack = async (text) => {
 const expand = (packed) => {
   const size = new DataView(packed.buffer, packed.byteOffset).getUint32(0, true);
   const out = new Uint8Array(size);
-  // Offsets of the probabilities by kind of bit: decisions of a state, distances, lengths, literals.
+  // Offsets of the probabilities in `chances`: of decisions by state, of distances, lengths and literals.
   const [isMatch, isRepeat, isOlder, isOldest, isThird, isLong] = [0, 12, 24, 36, 48, 60];
   const [slots, near, low, lengths, repeats, literals] = [72, 328, 443, 459, 733, 1007];
   const chances = new Uint16Array(literals + (0x300 << 4)).fill(1024);
@@ -123,7 +124,7 @@ const expand = (packed) => {
     if (bit(isMatch + state) === 0) {
       const place = literals + 0x300 * ((to > 0 ? out[to - 1] : 0) >> 4);
       let symbol = 1;
-      // After a match, the byte that would have continued it selects the probabilities.
+      // After a match, the byte that would have continued the match selects the probabilities.
       for (
         let match = state > 6 ? out[to - before[0] - 1] : -1;
         match >= 0 && symbol < 0x100;
@@ -189,7 +190,7 @@ globalThis.unpackedElement = async (id) => {
   return text ? unpack(text) : new Uint8Array();
 };
 
-/** The page's engine, if it has one: compiled in a worker, or here if no worker can be started. */
+/** The compiled engine, if the page contains one: compiled in a worker, or here if that fails. */
 globalThis.compiledEngine = whole.then(async () => {
   const text = packed("engine");
   if (!text) return undefined;

@@ -1,8 +1,8 @@
 /**
- * Help, diagrams and texts of the FMUs that were built into the page.
+ * Help, diagrams and texts of FMUs, built into the page.
  *
- * They are HTML and SVG. Only visible elements and harmless attributes are copied, because a user's own block comes
- * with its own texts.
+ * They are HTML and SVG. Only visible elements and harmless attributes are copied, because a user's own block has texts
+ * by that user.
  *
  * @typedef {{ diagram: string, help: Record<string, string>, about: string }} Asset
  */
@@ -55,7 +55,7 @@ export function html(text) {
 }
 
 /**
- * A drawing.
+ * The allowed elements of an SVG drawing, with their ids; `undefined` if the text is not SVG.
  *
  * @param {string} text
  * @returns {SVGSVGElement | undefined}

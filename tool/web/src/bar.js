@@ -9,7 +9,7 @@ import { source, store } from "tool/store.js";
 import { shown } from "tool/values.js";
 
 const MOST_NOTICES = 4;
-/** How long a note that needs no action is shown, in milliseconds. */
+/** How long a note is shown, in milliseconds. Errors stay. */
 const NOTE = 8000;
 
 export function mount() {
@@ -37,13 +37,13 @@ export function mount() {
   store.on("forced", showWhat);
   update();
   store.on("say", notice);
-  // The content makes room for the notes.
+  // Reserve space for the messages, so that they do not cover the content.
   const notices = byId("notices");
   new ResizeObserver(() => {
     const { offsetHeight: height } = notices;
     document.body.style.setProperty("--notices", height > 0 ? `${height + 20}px` : "0px");
   }).observe(notices);
-  // A note is about the last action, so the next change removes it. Errors stay until they are closed or other files
+  // A note refers to the last action, so the next change removes it. Errors stay until they are closed or other files
   // are opened.
   const end = (/** @type {string} */ which) => {
     for (const note of byId("notices").querySelectorAll(which)) note.remove();
@@ -61,7 +61,7 @@ export function mount() {
   store.on("failure", () => store.say(new EngineError(store.state?.failure ?? "")));
 }
 
-/** Shows name, block, cycle, file and the number of changed settings. */
+/** Shows the loop's name, block, cycle and file, and the numbers of changed and forced values. */
 function showWhat() {
   const loop = store.loop;
   const what = byId("what");
@@ -76,7 +76,7 @@ function showWhat() {
   const parts = [
     element("strong.loop-name", loop.name || "(no name)"),
     loop.notes.title && element("span.loop-title", { title: loop.notes.title }, loop.notes.title),
-    // An unnamed loop has the name of its block.
+    // A loop named after its block needs no second mention of the block.
     loop.name !== loop.description.block && element("span", loop.description.block),
     cycle &&
       loop.settings[cycle] &&
@@ -133,7 +133,7 @@ function question({ text: sentence, yes, no = "No", act }) {
   made.querySelector("button")?.focus();
 }
 
-/** The server does not respond: the page keeps its content and can continue without FMUs. */
+/** If the server does not respond, offers to try again or, if possible, to continue with the page's own engine. */
 function showLost() {
   document.getElementById("lost")?.remove();
   if (!store.isLost) return;

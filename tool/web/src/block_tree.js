@@ -1,5 +1,5 @@
 /**
- * The blocks and instances of a program as a tree, from which one is chosen for display.
+ * The blocks and instances of a program as a tree, in which the user chooses one to display.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Instance} Instance
@@ -7,7 +7,7 @@
 
 import { element } from "tool/dom.js";
 
-/** Whether the tree is open: it stays open when the program is redrawn. */
+/** Whether the tree is open; kept for when the program is redrawn. */
 let isOpen = false;
 
 /**
@@ -19,7 +19,7 @@ let isOpen = false;
 export function blockTree({ parts, blocks, sources }, choose) {
   const named = (/** @type {string} */ name) => blocks.find((one) => one.name.toUpperCase() === name.toUpperCase());
   const own = parts.filter((part) => named(part.block));
-  // Blocks without an instance: functions, and organization blocks other than the one that runs.
+  // Blocks without an instance: functions, and organization blocks that are not the program itself.
   const others = blocks.filter((block) => !own.some((part) => part.block.toUpperCase() === block.name.toUpperCase()));
   if (own.length + others.length < 2) return null;
   const entry = (/** @type {string} */ text, /** @type {string} */ block, /** @type {string | undefined} */ path) => {

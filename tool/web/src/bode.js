@@ -11,7 +11,8 @@ import { ask } from "tool/engine.js";
 import { valuesOf } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** Lower values are of no use and would compress the rest of the plot. */
+/** The lowest amplitude in dB and phase in degrees that are drawn: lower values are useless and would compress the
+ * plot. */
 const [LOWEST_AMPLITUDE, LOWEST_PHASE] = [-40, -360];
 
 /**
@@ -96,7 +97,7 @@ function marginsTable(names, loops) {
 }
 
 /**
- * One half of the plot, with its margin drawn as a line from the curve to 0 dB or -180°.
+ * One half of the plot. Its margin is drawn as a line between the curve and 0 dB or -180°.
  *
  * @param {string[]} names
  * @param {number[]} x

@@ -1,5 +1,5 @@
 /**
- * A breakpoint: a condition on a variable that pauses the run in the call in which it becomes true.
+ * A breakpoint: a condition on a variable. The run pauses after the call in which the condition becomes true.
  *
  * @typedef {import("./messages").Until} Until
  */
@@ -8,7 +8,7 @@ import { element, text } from "tool/dom.js";
 import { signals } from "tool/signals.js";
 import { store } from "tool/store.js";
 
-/** `level > 95`, `valve`, `NOT valve`. */
+/** A condition such as `level > 95`, `valve` or `NOT valve`. */
 const CONDITION = /^\s*(NOT\s+)?(.+?)\s*(?:(<=|>=|<>|=|<|>)\s*(\S+))?\s*$/i;
 
 /** The input field for the breakpoint. */
@@ -38,7 +38,7 @@ export function breakpointField() {
   return element("label.row", { for: "breakpoint" }, "Pause when", input, said);
 }
 
-/** The condition in force. @returns {Until | undefined} */
+/** The breakpoint of the current loop, if it has one. @returns {Until | undefined} */
 export function breakpoint() {
   return store.loop?.notes.breakpoint?.condition;
 }

@@ -1,4 +1,5 @@
-/** The characteristic of a pulse former for the values in its fields: mean pulse output against input. */
+/** The characteristics of a pulse former with the values in its fields: the mean of the pulses as a function of the
+ * input. */
 
 import { element, fill, svg } from "tool/dom.js";
 import { ask } from "tool/engine.js";
@@ -40,7 +41,7 @@ export function mount(after) {
   store.on("checked", soon);
 }
 
-/** Whether an output of a sweep moves with its input. @param {import("./messages").Sweep} sweep */
+/** Whether an output of a sweep depends on the input. @param {import("./messages").Sweep} sweep */
 function isMoving({ outputs }) {
   return outputs.some(([, values]) => Math.max(...values) > Math.min(...values));
 }

@@ -1,5 +1,5 @@
 /**
- * Shared parts of all charts, and a small chart for panels.
+ * Shared parts of all charts, and a small chart used in panels.
  *
  * @typedef {object} Line
  * @property {string} name
@@ -8,7 +8,7 @@
  * @property {"left" | "right"} [side]
  * @property {number} [colour] index in the palette
  * @property {boolean} [isDashed]
- * @property {boolean} [isStepped] whether a value holds until the next
+ * @property {boolean} [isStepped] whether each value holds until the next one
  *
  * @typedef {object} Drawing
  * @property {string} title read out by a screen reader
@@ -30,19 +30,19 @@ import { element, fill } from "tool/dom.js";
 /** The font of axes and labels. */
 export const FONT = "11px system-ui, 'Segoe UI', Helvetica, Arial, sans-serif";
 
-/** Setpoint, process value, manipulated value, then curves that the user adds, by their names in the palette. */
+/** Palette names of the colours for setpoint, process value and manipulated value, then for curves that the user adds. */
 const CURVES = ["setpoint", "curve-1", "curve-2", ...[1, 2, 3, 4, 5].map((one) => `choice-${one}`)];
-/** Colours of compared runs, by their names in the palette. */
+/** Palette names of the colours for compared runs. */
 const RUNS = ["run-1", "run-2", "choice-1", "choice-2", "choice-5"];
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
-/** The colours of a picture on white paper: those of the style sheet for a light page. */
+/** The colours of a picture on white paper: the same as in the style sheet for a light page. */
 const ON_PAPER = { ink: "#18212e", faint: "#566070", paper: "#ffffff" };
 
 /**
- * The colours of the light and the dark page, cached: reading them makes the browser recompute the style of the whole
- * page.
+ * The colours of the light (`false`) and the dark theme (`true`). They are cached because reading them makes the
+ * browser recompute the style of the whole page.
  *
  * @type {Map<boolean, ReturnType<typeof themeNow>>}
  */
@@ -67,7 +67,8 @@ export function paperTheme() {
   return { ...palette(false), ...ON_PAPER };
 }
 
-/** The colours from the palette file, which everything that draws shares. @param {boolean} isDark */
+/** The colours from the palette, which the style sheet, the charts and the printed pictures share. @param {boolean}
+ * isDark */
 function palette(isDark) {
   const style = getComputedStyle(document.documentElement);
   const colour = (/** @type {string} */ name) =>
@@ -86,7 +87,7 @@ export function onTheme(listener) {
 }
 
 /**
- * The tick labels of an axis, with just enough digits to tell them apart.
+ * The labels of an axis's ticks, with just enough digits to tell them apart.
  *
  * @param {(number | null)[]} splits
  * @returns {(string | null)[]}
@@ -109,11 +110,11 @@ export function ticks(splits) {
   });
 }
 
-/** Steps between two numbers on an axis, per decade. */
+/** Round steps between two numbers on an axis, within a decade. */
 const STEPS = [1, 2, 2.5, 5];
 
 /**
- * The ends of an axis, rounded if a round number is near, and the sets of round numbers it may show, densest first.
+ * The ends of an axis, rounded if a round number is near, and the possible sets of round numbers on it, densest first.
  *
  * @param {number} from
  * @param {number} to
@@ -135,10 +136,10 @@ export function numberings(from, to, most) {
 }
 
 /**
- * Scales a second axis so that its ticks fall on grid lines of the first and its curves get as much room as possible.
- * Returns the ends of the axis, its ticks and the ticks of the first axis.
+ * Scales a second axis so that its ticks coincide with grid lines of the first axis and its curves get as much room as
+ * possible. Returns the ends and the ticks of the second axis, and the ticks of the first.
  *
- * @param {number[][]} of the sets of numbers that the first axis may show
+ * @param {number[][]} of the possible sets of numbers on the first axis
  * @param {[number, number]} edges of the first axis
  * @param {number} from start of the range that must be visible
  * @param {number} to its end
@@ -163,18 +164,18 @@ export function onLines(of, [low, high], from, to) {
   return best;
 }
 
-/** Round steps from the decade of a length upwards, in ascending order. @param {number} length */
+/** Round steps in ascending order, from the decade of a length upwards. @param {number} length */
 function rounder(length) {
   const decade = Math.floor(Math.log10(length));
   return [0, 1, 2].flatMap((more) => STEPS.map((one) => Number(`${one}e${decade + more}`)));
 }
 
 const DAY = 86400;
-/** Lengths in seconds above which times are written in minutes, or in days. */
+/** The lengths of the visible part, in seconds, above which times are written in minutes or in days. */
 const [IN_MINUTES, IN_DAYS] = [600, 3 * DAY];
 
 /**
- * Formats a time for an axis: 12.5 s, 3:20 min, 4 d 12 h.
+ * Formats a time for an axis: `12.5` (seconds), `3:20` (minutes), `1:03:20` (hours), `4 d 12 h`.
  *
  * @param {number} seconds
  * @param {number} length of the visible part, in seconds
@@ -243,11 +244,11 @@ export function timeUnit(length) {
 }
 
 /**
- * The range function of a value axis: the range of the data with a margin; percent keeps 0 to 100 unless a value is
- * outside.
+ * A range function for a value axis: the range of the data with a margin. A percent axis shows 0 to 100 unless a value
+ * is outside.
  *
  * @param {string} unit
- * @param {() => [number, number]} [more] an additional range that must be visible, for example of earlier runs
+ * @param {() => [number, number]} [more] an additional range that must be visible, such as that of earlier runs
  * @param {number} [room] margin of a percent axis below 0 and above 100
  * @returns {uPlot.Range.Function}
  */
@@ -258,7 +259,7 @@ export function ranged(unit, more = () => [Infinity, -Infinity], room = 4) {
     let to = Math.max(high ?? -Infinity, most);
     if (from > to) [from, to] = [0, unit === "%" ? 100 : 1];
     if (unit === "%" && from >= 0 && to <= 100) return [-room, 100 + room];
-    // A constant value is drawn in the middle, and mere round-off must look constant.
+    // A constant value is drawn in the middle. A range that is mere round-off counts as constant.
     const least_span = Math.max(Math.abs(from), Math.abs(to), 1e-6) * 1e-4;
     if (to - from < least_span) {
       const room = Math.max(Math.abs(from) * 0.05, 0.5);

@@ -1,4 +1,4 @@
-/** The differences from the file, or from the block's start values if no file is open. */
+/** The settings that differ from the loop's file or, for a new loop, from the block's start values. */
 
 import { byId, element, fill, tableHead } from "tool/dom.js";
 import { toggleDrawer } from "tool/panels.js";

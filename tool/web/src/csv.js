@@ -1,5 +1,5 @@
 /**
- * CSV recordings of the plant. The page only decodes the text; the engine parses it.
+ * CSV recordings of a plant. The page only decodes the text; the engine parses it.
  *
  * @typedef {object} Recording
  * @property {string} name the file's name
@@ -11,7 +11,7 @@ import { element } from "tool/dom.js";
 import { ask, EngineError } from "tool/engine.js";
 import { store } from "tool/store.js";
 
-/** The engine rejects larger files, so the page does not try. */
+/** The maximum file size. The engine would reject larger files. */
 const MOST_BYTES = 60_000_000;
 
 /**
@@ -48,7 +48,7 @@ function decoded(bytes) {
 }
 
 /**
- * A button that opens a CSV file or accepts one dropped on it.
+ * A button that opens a CSV file, which can also be dropped on it.
  *
  * @param {string} id
  * @param {string} label

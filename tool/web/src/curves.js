@@ -1,10 +1,10 @@
 /**
  * The curves of a run: setpoint and process value on the left axis, manipulated value on the right, curves that the
- * user adds, Booleans in lanes below; earlier runs in their own colours, a predicted curve dashed; a cursor that shows
- * all values.
+ * user adds, and Booleans in lanes below. Earlier runs have their own colours, predicted curves are dashed, and a
+ * cursor shows all values.
  *
- * All values come from the engine's `view`, thinned to the width of the picture, so that each column is a band from
- * the lowest to the highest value of the calls in it.
+ * All values come from the engine's `view`, thinned to the width of the picture: each pixel column shows the band from
+ * the lowest to the highest value of its calls.
  *
  * @typedef {import("tool/signals.js").Signal} Signal
  * @typedef {import("./messages").Curves} View
@@ -61,7 +61,7 @@ const WINDOWS = /** @type {[string, number][]} */ ([
 ]);
 const MOST_CHOSEN = 4;
 const MOST_LANES = 8;
-/** The smallest useful size of the picture, in CSS pixels. */
+/** The minimum width and height of the picture, in CSS pixels. */
 const [NARROWEST, LOWEST] = [200, 120];
 
 /** @type {HTMLElement} */
@@ -70,9 +70,9 @@ let place;
 let sheet;
 /** @type {HTMLElement} */
 let thinned;
-/** The hint shown before the first run. @type {HTMLElement} */
+/** The hint shown while there is no run. @type {HTMLElement} */
 let nothing;
-/** The legend of the earlier runs drawn. @type {HTMLElement} */
+/** The legend of the drawn earlier runs and of the trial. @type {HTMLElement} */
 let legend;
 /** @type {HTMLElement} */
 let readout;
@@ -99,7 +99,8 @@ let base = () => 0;
 let marks = [];
 /** @type {View} */
 let view = { times: [], values: [], units: [], is_exact: true };
-/** Earlier runs: their curves by run. @type {Map<number, { key: string, view: View }>} */
+/** The fetched curves of earlier runs, by run; `key` identifies the part and the variables fetched. @type {Map<number,
+ * { key: string, view: View }>} */
 const earlier = new Map();
 
 /** @param {HTMLElement} content */
@@ -138,7 +139,7 @@ export function mount(content) {
   store.on("key-zoom-out", () => zoomBy(2));
 }
 
-/** Updates the curves while they are hidden by the timing diagram. */
+/** Updates the curves even though the timing diagram hides them, for a picture. */
 export async function bringUpToDate() {
   if (isInSight()) return;
   await fetchCurves();
@@ -161,7 +162,7 @@ export function shownPicture(isRunOnly = false) {
   };
 }
 
-/** The engine names of the visible curves. */
+/** The names of the visible curves, `MEMBER.VARIABLE`. */
 export function shownNames() {
   return curves.filter(isShown).map((curve) => curve.name);
 }
@@ -249,8 +250,8 @@ async function choose() {
   const outputs = found.filter(({ member, variable }) => member === loop.member && variable.role === "output");
   const shownFirst = main.length > 1 ? main : [...main, ...outputs.slice(0, 2).map((signal) => signal.name)];
   const names = new Set([...shownFirst, ...kept.chosen, ...pulses, ...stopped]);
-  // The setpoint has the unit of the controller's own process value, which may differ from the unit of another block's
-  // output.
+  // The setpoint has the unit of the controller's own process value. The displayed process value may belong to another
+  // block and have another unit.
   const left = own ? unitText(knownUnits.processValue) || unitOf(own) : unitOf(setpoint ?? processValue);
   const right = unitText(knownUnits.manipulatedValue);
   let colour = 3;
@@ -259,7 +260,7 @@ async function choose() {
     if (!signal) return [];
     const isLeft = name === setpoint || name === own;
     const unit = isLeft ? left : name === manipulatedValue ? right : unitText(signal.variable.unit);
-    // One axis per unit. Two numbers without a unit may be different quantities.
+    // One axis per unit; but process value and manipulated value without a unit are different quantities.
     const isSame = unit === left && (unit !== "" || !own || name !== manipulatedValue);
     const other = name === manipulatedValue || unit === right ? "right" : `unit ${unit}`;
     const scale = isLeft || isSame ? "left" : other;
@@ -354,7 +355,7 @@ function make() {
   plot?.destroy();
   plot = undefined;
   showReadout = makeReadout(readout, curves, { isShown, toggle, remove });
-  // Values first: they may need a second row, which leaves less room for the picture.
+  // Show the values first: the readout may need a second row, which leaves less room for the picture.
   showValues();
   if (curves.length === 0) return;
   const size = { width: width(), height: height() };
@@ -366,7 +367,7 @@ function make() {
     marks: () => marks,
     hooks: hooks(),
   };
-  // Above the lanes.
+  // Put the legend above the lanes.
   legend.style.bottom = `${44 + 18 * curves.filter((curve) => curve.isSwitch && isShown(curve)).length}px`;
   ({ plot, base } = makePlot(sheet, size, curves.filter(isShown), parts));
   plot.over.addEventListener("mouseleave", leave);
@@ -396,7 +397,7 @@ function hooks() {
 }
 
 let isPlacing = false;
-/** Whether the cursor follows the pointer. */
+/** Whether the cursor was placed by the pointer. */
 let isPointed = false;
 
 function leave() {
@@ -406,7 +407,7 @@ function leave() {
 }
 
 /**
- * A name short enough for the readout: without the path of inner blocks.
+ * A variable's name for the readout: without the path of inner blocks if it belongs to the loop's own FMU.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {string} name
@@ -434,11 +435,11 @@ function key(event) {
   });
 }
 
-/** Moves the cursor by this many drawn rows. @param {number} by */
+/** Moves the cursor by this many rows of the view. @param {number} by */
 function move(by) {
   const at = index();
   if (at === undefined) return;
-  // Two rows with the same time hold the lowest and the highest value there.
+  // Two rows with the same time are the lowest and the highest value of a group of calls: skip the second.
   let next = Math.min(Math.max(at + by, 0), view.times.length - 1);
   while (next > 0 && next < view.times.length - 1 && view.times[next] === view.times[at]) next += Math.sign(by);
   moveTo(view.times[next]);
@@ -475,13 +476,13 @@ function placeCursor() {
   isPlacing = false;
 }
 
-/** Redraws in the next frame, with the data the engine has then. */
+/** Fetches and redraws the curves in the next frame, if they are visible. */
 function refresh() {
   attribute(following, "aria-pressed", String(!isZoomed()));
   if (isInSight()) soon();
 }
 
-/** Whether the curves are visible rather than hidden by the timing diagram. */
+/** Whether the curves are visible, not hidden by the timing diagram. */
 function isInSight() {
   return !byId("curves").classList.contains("shows-timing");
 }
@@ -500,7 +501,7 @@ async function fetchCurves() {
   }
   const [from, to] = range();
   const names = curves.map((curve) => curve.name);
-  // One group of calls, which is two rows, per pixel.
+  // One group of calls, which takes two rows, per pixel.
   const points = 2 * Math.round(width());
   const got = await ask({ do: "view", variables: names, from, to, points, means: periods() });
   if (store.loop !== loop || names.length !== curves.length) return;
@@ -508,13 +509,14 @@ async function fetchCurves() {
   await fetchEarlier(loop, from, to, points);
 }
 
-/** The averaging periods of the curves that show means of pulses. */
+/** The averaging period in seconds of each curve that shows the mean of pulses, by name. */
 function periods() {
   return Object.fromEntries(curves.flatMap(({ name, period }) => (period === undefined ? [] : [[name, period]])));
 }
 
 /**
- * Earlier runs do not change, so they are fetched only when another part of them becomes visible.
+ * Fetches the curves of earlier runs. They do not change, so they are fetched again only if another part or other
+ * variables become visible.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {number} from
@@ -527,7 +529,8 @@ async function fetchEarlier(loop, from, to, points) {
   const variables = drawnOfEarlier(loop);
   if (variables.length === 0) return;
   for (const { run, calls } of runs) {
-    // For a run much longer than the visible part, the groups of calls would be wider than the pixels.
+    // If a run is much longer than the visible part, fetch only that part: otherwise, a group of calls would be wider
+    // than a pixel.
     const isPart = isZoomed() || calls * (store.state?.step ?? 1) > 2 * (to - from);
     const part = isPart ? { from, to } : {};
     const key = JSON.stringify([part, points, variables]);
@@ -537,13 +540,13 @@ async function fetchEarlier(loop, from, to, points) {
       const got = await ask({ do: "view", run, variables, ...part, points: isPart ? points : 2 * points, means });
       earlier.set(run, { key, view: got });
     } catch {
-      // The engine keeps only the last few runs.
+      // The engine no longer keeps this run.
       earlier.delete(run);
     }
   }
 }
 
-/** A curve's values as drawn. @param {Curve} curve */
+/** A curve's values, as they are drawn. @param {Curve} curve */
 function drawnValues(curve) {
   return ofCalls(view.times, view.values[curves.indexOf(curve)] ?? []);
 }
@@ -603,7 +606,8 @@ function behind(colours, isRunOnly) {
 }
 
 /**
- * The value of a curve at the cursor, or the current one; the lowest and the highest for a group of calls.
+ * A curve's value at row `at` of the view or, without a cursor, its current value. For a group of calls: `lowest …
+ * highest`.
  *
  * @param {Curve} curve
  * @param {number | undefined} at
@@ -614,7 +618,7 @@ function valueText(curve, at, digits) {
   const written = (value) => {
     if (value === null || value === undefined) return "NaN";
     const of = curve.isSwitch ? number(value) === 1 : value;
-    // In a block, a WORD is an analog value; in a program, it is a bit pattern.
+    // A block's WORD is an analog value; a program's WORD is a bit pattern, shown in hexadecimal.
     const bits = programOf(store.loop) && hexadecimal(of, curve.kind);
     if (bits) return bits;
     return digits ? rounded(of, curve.kind, digits) : shown(of, curve.kind);
@@ -646,7 +650,7 @@ function showValues() {
   attribute(place, "aria-valuetext", loop && time !== undefined ? spokenValues() : "no run yet");
 }
 
-/** Shows the user's next step while there is no run. */
+/** While there is no run, shows what to do next. */
 function showNothing() {
   const loop = store.loop;
   const isEmpty = loop !== undefined && (!store.isLive() || (store.state?.calls ?? 0) === 0);
@@ -661,7 +665,7 @@ function showNothing() {
   fill(nothing, element("p", words), hasPlant ? test : plants(loop));
 }
 
-/** A button that runs the step test for tuning in one click. @param {import("tool/store.js").Work} loop */
+/** A button that starts a step test for tuning. @param {import("tool/store.js").Work} loop */
 function stepTest(loop) {
   if (loop.description.roles.controller.length === 0 || !manualSwitch(loop)) return null;
   const make = () => {
@@ -672,7 +676,7 @@ function stepTest(loop) {
 }
 
 /**
- * Buttons for the plants that this controller drives in an example, or for all plants if it is in no example.
+ * Buttons for the plants that this controller drives in the examples, or for all plants if no example contains it.
  *
  * @param {import("tool/store.js").Work} loop
  */
@@ -687,7 +691,7 @@ function plants(loop) {
     .map(({ name, summary }) => element("button", { title: summary, onclick: () => takePlant(name) }, name));
 }
 
-/** AUTO or MANUAL: the current mode of the run. */
+/** The controller's current mode, AUTO or MANUAL; empty if there is no run or no manual mode. */
 function mode() {
   const loop = store.loop;
   const { manual } = loop ? roles(loop) : { manual: undefined };

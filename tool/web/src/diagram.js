@@ -1,7 +1,7 @@
 /**
  * The live block diagram: values on the wires, switches in their current position, active limits lit.
  *
- * A click or Enter throws a switch; a click on a value goes to its field.
+ * A click on a switch, or Enter, throws it; a click on a value goes to its field.
  */
 
 import { assetOf, drawing } from "tool/assets.js";
@@ -12,10 +12,10 @@ import { goTo } from "tool/parameters.js";
 import { runValue, store, wiredTo } from "tool/store.js";
 import { isBoolean, rounded, shown } from "tool/values.js";
 
-/** The room for a value beside a terminal, in characters, and the width of a character. */
+/** The space for a value beside a terminal, in characters, and the width of a character in the drawing. */
 const ROOM = 10;
 const CHARACTER = 6.7;
-/** The storage key that keeps the size across a reload. */
+/** The key in sessionStorage for the size of the diagram. */
 const SIZE = "plcfmu-diagram";
 
 /**
@@ -34,7 +34,7 @@ const SIZE = "plcfmu-diagram";
 let parts = [];
 /** @type {string} */
 let shownOf = "";
-/** The path of the displayed block in the program, with a trailing dot; empty for the loop's own block. */
+/** The path of the displayed block inside the program, with a trailing dot; empty for the loop's own block. */
 let within = "";
 
 /** @param {HTMLElement} content */
@@ -55,7 +55,7 @@ export function mount(content) {
     try {
       sessionStorage.setItem(SIZE, size);
     } catch {
-      // No storage: the size is lost on a reload.
+      // Without storage, the size is lost on a reload.
     }
     text(note, "Click a switch to throw it, or a value to go to its field.");
   };
@@ -91,7 +91,7 @@ export function mount(content) {
   for (const what of ["state", "settings", "plant", "run", "checked"]) store.on(what, due);
 }
 
-/** The size kept from before a reload. */
+/** The size stored before a reload, if any. */
 function kept() {
   try {
     return sessionStorage.getItem(SIZE);
@@ -109,7 +109,7 @@ const due = onceAFrame(update);
  * @param {import("./messages").Description} description
  */
 function prepare(made, description) {
-  // Switches inside a picture would be hidden from a screen reader.
+  // In an element with the role of a picture, switches would be hidden from screen readers.
   made.setAttribute("role", "group");
   /** @type {Map<string, Part>} */
   const found = new Map();
@@ -153,7 +153,7 @@ function roomOf(value) {
 }
 
 /**
- * A value with as many digits as there is room for.
+ * Formats a value with as many digits as fit.
  *
  * @param {import("./messages").Value | undefined} value
  * @param {string} kind
@@ -222,7 +222,7 @@ function prepareSwitch(of, group) {
   });
 }
 
-/** Shows the values of the run, or those in force before there is one. */
+/** Shows the values of the run or, without a run, the values in force. */
 function update() {
   const loop = store.loop;
   if (!loop) return;
@@ -248,8 +248,8 @@ function startOf(loop, name) {
 }
 
 /**
- * Whether TRUE is lit: an output signals that something is active, such as a limit; a switch shows its state by its
- * position.
+ * Whether a Boolean is lit while TRUE: only outputs are, which signal that something is active, such as a limit. A
+ * setting shows its state by the position of its switch.
  *
  * @param {import("./store.js").Work} loop
  * @param {string} name

@@ -1,15 +1,17 @@
 /**
- * Page elements. Text is always inserted as text, never as markup: names and titles come from other people's files.
+ * Creates and changes page elements. Text is always inserted as text, never as markup, because names and titles come
+ * from files.
  *
  * @typedef {Node | string | number | null | undefined | false} Child
  * @typedef {Record<string, string | number | boolean | null | undefined | Function>} Attributes
  */
 
 /**
- * Creates an element with optional attributes, followed by its children: `element("p.faint", "No run yet")`.
+ * Creates an element from a tag, optional attributes, and children: `element("p.faint", "No run yet")`.
  *
- * A dot in the tag starts a class. A function is a listener for the attribute's name without `on`; `true` is an empty
- * attribute, and `false`, `null` and `undefined` are no attribute. A button submits no form unless its `type` says so.
+ * A dot in the tag starts a class. An attribute whose value is a function adds a listener for the event in its name
+ * after `on`. `true` sets an empty attribute; `false`, `null` and `undefined` set none. A button has the type `button`
+ * by default, so it submits no form.
  *
  * @template {keyof HTMLElementTagNameMap} Tag
  * @param {Tag | `${Tag}.${string}`} tag
@@ -114,7 +116,7 @@ export function fill(within, ...children) {
 }
 
 /**
- * Sets the text of an element if it differs: setting it again would clear the user's selection.
+ * Sets the text of an element only if it differs, because setting it clears the user's selection.
  *
  * @param {Element} within
  * @param {string} text

@@ -1,5 +1,5 @@
 /**
- * The engine: WebAssembly in the page, or the server `plcfmu tool`. Both answer the same requests.
+ * Sends requests to the engine: WebAssembly in the page, or the server `plcfmu tool`. Both answer the same requests.
  *
  * @typedef {import("./messages").Dialogue} Dialogue
  */
@@ -22,19 +22,20 @@ let home = document.querySelector('meta[name="plcfmu-home"]')?.getAttribute("con
 /** @type {Promise<(request: string) => string> | undefined} */
 let inPage;
 
-/** Each tab has its own engine. */
+/** The id of this tab: on the server, each tab has its own engine. */
 const tab = [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 
-/** The pause before reconnecting, in milliseconds. The server waits ten times as long for a new connection. */
+/** The pause before reconnecting, in milliseconds. The server keeps an engine without a connection ten times as long. */
 const AGAIN = 1000;
 
-/** The last request: each one waits for the one before, so that the server's engine receives them in order. */
+/** Settles when the last request has been answered. Each request waits for the previous one, so that the server's
+ * engine receives them in order. */
 /** @type {Promise<unknown>} */
 let last = home === "server" ? stayConnected() : Promise.resolve();
 
 /**
- * Keeps a connection to the server. This tab's engine ends with the connection, so no request is sent before it is
- * open.
+ * Keeps a connection to the server open. Without it, the server ends this tab's engine, so no request is sent before
+ * the connection is open.
  *
  * @returns {Promise<unknown>} settles when the connection is open or has failed
  */
@@ -49,7 +50,7 @@ function stayConnected() {
   });
 }
 
-/** Where the engine runs. */
+/** Where the engine runs: in the page or on the server. */
 export function whereIsTheEngine() {
   return home;
 }
@@ -59,7 +60,7 @@ export function hasEngineInPage() {
   return document.getElementById("engine")?.textContent !== "";
 }
 
-/** Switches to the engine in the page, which has none of the state of the server's engine. */
+/** Switches to the page's own engine, which knows nothing of the state of the server's engine. */
 export function goOnInThePage() {
   home = "page";
 }
@@ -69,7 +70,7 @@ let engineOfServer = null;
 let onNewEngine = () => {};
 
 /**
- * Sets the listener called when a new engine replaces the old one: the run of the old engine is gone.
+ * Sets the listener called when a new engine has replaced the old one, whose run is lost.
  *
  * @param {() => void} listener
  */
@@ -98,8 +99,8 @@ export class Stopped extends EngineError {
 
 /**
  * Sends a request to a separate engine in a worker, so that the page stays responsive and the request can be cancelled.
- * The separate engine lacks the blocks of the page's programs, so a request that it rejects goes to the page's engine.
- * The server's engine never blocks the page.
+ * The separate engine does not have the programs opened in the page, so a request that it rejects goes to the page's
+ * engine. If the server runs the engine, it gets the request as usual, since it never blocks the page.
  *
  * @param {Dialogue["replay"]["request"] & { do: "replay" }} request independent of the current run
  * @param {AbortSignal} signal
@@ -118,7 +119,7 @@ export async function askAside(request, signal) {
 }
 
 /**
- * The answer of a separate engine.
+ * Starts a separate engine in a worker and returns its answer to the request.
  *
  * @param {WebAssembly.Module} module
  * @param {string} request
@@ -160,7 +161,8 @@ onmessage = async ({ data }) => {
  * @property {string} name
  * @property {string} question question to the user before it runs
  * @property {string | null} problem why it cannot run here
- * @property {{ file: string, content: string } | null} parameters its start values, if its block is in the catalogue
+ * @property {{ file: string, content: string } | null} parameters a parameter file with its start values, if its block
+ * is in the catalogue
  */
 
 /**
@@ -185,7 +187,7 @@ export async function accept(fmu) {
 }
 
 /**
- * The memory of the engine in the page, in bytes; 0 if the engine runs elsewhere.
+ * The memory of the page's engine, in bytes; 0 if it has not been started.
  *
  * @returns {number}
  */
@@ -217,7 +219,7 @@ export function fromBase64(text) {
  */
 export function toBase64(bytes) {
   const parts = [];
-  // A call accepts only some ten thousand arguments.
+  // A function call accepts only some ten thousand arguments.
   for (let at = 0; at < bytes.length; at += 0x6000) parts.push(String.fromCharCode(...bytes.subarray(at, at + 0x6000)));
   return btoa(parts.join(""));
 }
@@ -238,7 +240,7 @@ function content(answer) {
 }
 
 /**
- * The files passed to the command, if they differ from a known version.
+ * The files passed to the command, if they differ from the version with this hash.
  *
  * @param {string} hash of the known version
  * @returns {Promise<{ hash: string, files: { file: string, content: string }[] } | undefined>}
@@ -294,7 +296,7 @@ async function open() {
     try {
       return message(engine, request);
     } catch (error) {
-      // State left behind by a panic cannot be trusted.
+      // The engine has panicked, so its state cannot be trusted: the next request starts a new one.
       inPage = undefined;
       exported = undefined;
       queueMicrotask(onNewEngine);
@@ -313,7 +315,7 @@ async function open() {
 function message(engine, request) {
   const bytes = new TextEncoder().encode(request);
   const at = engine.room(bytes.length) >>> 0;
-  // Any call may grow the memory, which replaces its buffer.
+  // Get the buffer after each call: a call may grow the memory, which replaces its buffer.
   new Uint8Array(engine.memory.buffer, at, bytes.length).set(bytes);
   const length = engine.message();
   const answer = engine.answer() >>> 0;

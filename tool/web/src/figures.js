@@ -1,4 +1,4 @@
-/** The figures of the run since the last setpoint change, with units. Remarks explain missing figures. */
+/** The figures of the run for the last setpoint step and the last disturbance. Remarks explain missing figures. */
 
 import { byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
@@ -21,7 +21,7 @@ let remarks;
 const places = new Map();
 let isWaiting = false;
 let isAgain = false;
-/** The run whose figures are in the run bar. @type {number | undefined} */
+/** The run whose figures the run bar shows. @type {number | undefined} */
 let shownRun;
 
 /** @param {HTMLElement} content */
@@ -45,7 +45,7 @@ export async function figuresOf(loop, run) {
   return ask({ do: "figures", run, unit: processValue, travel_unit: manipulatedValue });
 }
 
-/** Requests the figures, no more often than they can be read. */
+/** Requests and shows the figures, at most once per interval. */
 async function update() {
   // Clear the figures of the previous run.
   if (store.state?.run !== shownRun) glance(undefined);
@@ -72,7 +72,7 @@ async function update() {
       show(undefined, error instanceof Error ? error.message : String(error));
     }
   }
-  // In a long run, requests take longer, so make them less often.
+  // In a long run, requests take longer, so send them less often.
   const took = performance.now() - begun;
   setTimeout(
     () => {
@@ -90,7 +90,7 @@ async function update() {
 function show(figures, why) {
   text(heading, figures ? headingOf(figures) : (why ?? "No run yet."));
   const all = figures?.figures ?? [];
-  // Keep existing elements: one recreated under the pointer loses its tooltip.
+  // Keep existing elements: an element recreated under the pointer would lose its tooltip.
   if (all.length !== places.size || all.some(({ key }) => !places.has(key))) {
     places.clear();
     for (const { key } of all) places.set(key, element("dd"));
@@ -140,12 +140,12 @@ export function stepText({ from, to, start, duration }) {
   return `${begin} to ${goal}, ${rounded(start, "REAL")} s to ${rounded(start + duration, "REAL")} s`;
 }
 
-/** The settling band as a fraction of the step, which is also the resolution of the figures. */
+/** The settling band as a fraction of the step, and the resolution with which steps are compared. */
 export const SETTLED = 0.02;
 
 /**
- * Whether the figures of two steps are comparable: within the resolution of the figures, both have the same start, the
- * same end and the same duration.
+ * Whether the figures of two steps are comparable: both steps start and end at the same values and cover the same time,
+ * within the resolution.
  *
  * @param {import("./messages").Happened | null | undefined} one
  * @param {import("./messages").Happened | null | undefined} other
@@ -160,14 +160,14 @@ export function areComparable(one, other) {
   );
 }
 
-/** The figures of the run bar with their short names. @type {[string, string][]} */
+/** The figures in the run bar after a step: key and short name. @type {[string, string][]} */
 const GLANCE = [
   ["overshoot", "overshoot"],
   ["settling", "settles"],
   ["rise", "rise"],
   ["iae", "IAE"],
 ];
-/** The figures of the run bar after a disturbance. @type {[string, string][]} */
+/** The figures in the run bar after a disturbance: key and short name. @type {[string, string][]} */
 const AFTER_DISTURBANCE = [
   ["disturbed_peak", "deviation"],
   ["recovery", "recovers"],
@@ -204,7 +204,7 @@ export function glanceText(figures) {
 function glance(figures) {
   const manual = store.loop && store.isLive() && roles(store.loop).manual;
   const isManual = manual && store.state?.values[manual] === true;
-  // In manual mode nothing drives the error to zero, so its integral is no measure of the controller.
+  // In manual mode, nothing drives the error to zero, so its integral says nothing about the controller.
   const found = glanced(figures).filter(({ key }) => !(isManual && key === "iae"));
   fill(
     byId("glance"),
@@ -220,12 +220,12 @@ function glance(figures) {
 }
 
 /**
- * Formats `degC^2 s` as `°C²·s`.
+ * Formats a unit: `degC^2 s` becomes `°C²·s`.
  *
  * @param {string | null} unit
  */
 export function shownUnit(unit) {
-  // The square of a number without a unit has no unit either.
+  // The square of a dimensionless number has no unit either.
   const parts = (unit ?? "")
     .split(" ")
     .map(unitText)

@@ -1,5 +1,5 @@
 /**
- * Files that a user opens: parameter files, FMUs, recordings, loop descriptions, program sources.
+ * Opens files: parameter files, FMUs, recordings, loop descriptions and program sources.
  *
  * @typedef {import("./messages").Loop} Loop
  * @typedef {import("./messages").Loops} Loops
@@ -18,15 +18,15 @@ import { isBoolean } from "tool/values.js";
 import { unzipped } from "tool/zip.js";
 
 const MEGABYTE = 1_000_000;
-/** The largest files that the page reads, in bytes: a parameter file of 10 000 loops is 8 MB. */
+/** The maximum file sizes in bytes. For comparison: a parameter file with 10 000 loops has 8 MB. */
 const LIMITS = { parameters: 24 * MEGABYTE, fmu: 256 * MEGABYTE, description: MEGABYTE };
 /** The maximum number of loops that the table can show without slowing down the page. */
 const MOST_LOOPS = 20_000;
-/** Text that occurs once per loop: the start of a data block, of a JSON object or of a block in an Openness file. */
+/** Text that occurs once per loop: the start of a data block, a JSON object or a block in an Openness file. */
 const BEGINNING = /(?<!END_)DATA_BLOCK|"\s*:\s*\{|<SW\.Blocks\./gi;
 
 /**
- * Opens files. Problems are listed with each file; files rejected earlier disappear with their problems.
+ * Opens files. Problems are listed with each file. Files rejected earlier are removed from the list.
  *
  * @param {Iterable<File>} files
  */
@@ -42,7 +42,7 @@ export async function openFiles(files) {
     else texts.push(file);
   }
   const [sources, others] = await sourcesAmong(texts);
-  /** Sources used by one of the descriptions. @type {Set<string>} */
+  /** The names of sources used by one of the descriptions. @type {Set<string>} */
   const taken = new Set();
   for (const file of others.filter(isDescription)) {
     await attempt(file, async () => {
@@ -64,7 +64,7 @@ function isDescription(file) {
  *
  * @param {File} file
  * @param {File[]} sources program sources opened with it
- * @returns {Promise<string[]>} the sources of its programs
+ * @returns {Promise<string[]>} the names of its programs' sources
  */
 async function openDescription(file, sources) {
   limit(file, LIMITS.description);
@@ -81,7 +81,7 @@ async function openDescription(file, sources) {
 }
 
 /**
- * Opens a file; on failure, the reason is shown with the file.
+ * Opens a file with `act`; on failure, lists the file with the reason.
  *
  * @param {File} file
  * @param {() => Promise<unknown>} act
@@ -95,14 +95,14 @@ async function attempt(file, act) {
   }
 }
 
-/** Binary files: an FMU, the dump of a data block, a workbook. */
+/** Names of binary files: an FMU, a data block dump, a workbook. */
 const BINARY = /\.(fmu|bin|dump|xlsx)$/i;
 /** The size of the part that is checked for binary content, in bytes. */
 const BEGIN = 4096;
 
 /**
- * Why a file cannot be read as text, if it cannot. Only UTF-16 text contains NUL bytes, and it begins with a byte order
- * mark.
+ * Why a file cannot be read as text; `undefined` if it can, or if it is a known binary file. Among text files, only
+ * UTF-16 contains NUL bytes, and it must begin with a byte order mark.
  *
  * @param {File} file
  * @returns {Promise<string | undefined>}
@@ -113,19 +113,19 @@ async function whyNoText(file) {
   const isMarked = (bytes[0] === 0xff && bytes[1] === 0xfe) || (bytes[0] === 0xfe && bytes[1] === 0xff);
   if (isMarked || !bytes.includes(0)) return undefined;
   const nuls = [0, 1].map((odd) => bytes.filter((byte, at) => at % 2 === odd && byte === 0).length);
-  // In UTF-16, one byte of almost every character is 0, and the other hardly ever.
+  // In UTF-16, one byte of almost every character is 0, and the other is hardly ever 0.
   const isWide = Math.max(...nuls) > bytes.length / 4 && Math.min(...nuls) < bytes.length / 100;
   return isWide
     ? "This is UTF-16 text without a byte order mark: save it as UTF-8."
     : "This is not a text file: open a parameter file, an SCL program, a recording or an FMU.";
 }
 
-/** Opens files passed by the command. @param {{ file: string, content: string }[]} given */
+/** Opens files whose content is Base64, as passed by the command. @param {{ file: string, content: string }[]} given */
 export async function openSaved(given) {
   await openFiles(given.map(({ file, content }) => fileAt(file, fromBase64(content))));
 }
 
-/** Opens the files passed to the command, if any. */
+/** Opens the files passed to the command, and a new loop with the block that it names, if any. */
 export async function openGiven() {
   if (!document.getElementById("files")?.textContent?.trim()) return;
   /** @type {{ file: string, content: string }[]} */
@@ -199,7 +199,7 @@ async function openParameters(file, block = null) {
 }
 
 /**
- * Lists the loops of a file; a single loop is opened for editing immediately.
+ * Lists a file with its loops. If there is only one loop, opens it.
  *
  * @param {File} file
  * @param {Loops} read
@@ -213,7 +213,7 @@ async function show(file, read) {
   store.emit("files");
   if (read.loops.length === 1) await take(opened, 0);
   const count = read.loops.length;
-  // Without a loop, only the list is visible.
+  // If no loop is open, the list is the only thing visible and needs no note.
   if (count > 1 && store.loop) store.say(`${file.name}: ${count} loops; choose one in the list.`);
 }
 
@@ -234,12 +234,12 @@ export async function take(file, at) {
   const loop = await store.add(of.name, fmu.name, of, file.name);
   loop.notes.at = at;
   loop.notes.title = of.title ?? undefined;
-  // Update the table, which can now match the loop with its file.
+  // Redraw the table: it can match the loop with its file only now.
   store.emit("loops");
 }
 
 /**
- * The loop being edited that was opened from a file's entry, if any.
+ * The open loop that was opened from this entry of a file, if any.
  *
  * @param {import("./store.js").OpenFile} file
  * @param {number} at
@@ -250,7 +250,7 @@ export function underWork(file, at) {
 }
 
 /**
- * The description of a block in the catalogue.
+ * The description of the FMU for a block, by its name or an alias; `undefined` if the catalogue has none.
  *
  * @param {string} block
  */

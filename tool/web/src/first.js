@@ -1,7 +1,7 @@
 /**
- * The first page: a live loop, and the examples as cards, each with a small curve.
+ * The first page: a live loop, and cards for the examples, each with a small curve.
  *
- * The engine has a single current run, so the live loop stops as soon as a loop is opened.
+ * The engine has only one current run, so the live loop stops when a loop is opened.
  *
  * @typedef {import("./messages").KnownLoop} KnownLoop
  */
@@ -23,7 +23,7 @@ const TASKS = [
   ["Drive", ["speed"]],
   ["Any process", ["process", "process_integrating", "process_pulses", "sensor"]],
 ];
-/** The examples visible from the start, with the question that each answers. @type {[string, string][]} */
+/** The examples that are not folded away, each with the question that it answers. @type {[string, string][]} */
 const QUESTIONS = [
   ["furnace", "How do I tune a temperature?"],
   ["level", "Does my level hold when the load doubles?"],
@@ -39,9 +39,9 @@ const SETPOINTS = [
   [480, 60],
 ];
 const ROUND = 720;
-/** Ten times real time, updated at this interval in milliseconds. */
+/** The speed of the live loop, as a multiple of real time, and its update interval in milliseconds. */
 const [FACTOR, INTERVAL] = [10, 100];
-/** The visible part in seconds, and the number of calls made before it is first shown. */
+/** The length of the live loop's visible part, in seconds, and the number of calls made before it is first shown. */
 const [WINDOW, BEFORE] = [360, 150];
 const [WIDTH, HEIGHT] = [640, 300];
 const MARGIN = 12;
@@ -78,7 +78,7 @@ export function cards(open) {
   );
 }
 
-/** The card for the user's own program; a click runs an example program. */
+/** The card for the user's own program. A click on it runs an example program. */
 function programCard() {
   const line = (/** @type {string} */ path, /** @type {Record<string, any>} */ ink) =>
     svg("path", { d: path, fill: "none", stroke: "currentColor", ...ink });
@@ -130,13 +130,14 @@ function card(task, known, open, question) {
 /** The small curves drawn so far, by example. @type {Map<string, Node>} */
 const pictures = new Map();
 
-/** Whether the first page is shown and its engine is free. */
+/** Whether the first page is shown and no run uses the page's engine. */
 function isFree() {
   return store.loops.length === 0 && store.live === undefined && whereIsTheEngine() === "page";
 }
 
 /**
- * Runs the examples for their small curves, then the live loop.
+ * Shows the live loop's beginning, runs each example for its small curve, then runs the live loop until a loop is
+ * opened.
  *
  * @param {HTMLElement} place element that shows the live loop
  */
@@ -163,7 +164,7 @@ async function signalsOf({ setup: { members } }) {
   );
   const plant = plants.find(({ of }) => of.process_value);
   const output = plant ? `${plant.name}.${plant.of.process_value}` : undefined;
-  // The manipulated value of a pulsed output is a pulse in each call, not a curve.
+  // With pulses, the manipulated value is either on or off in each call, so it gives no readable curve.
   const isMean = roles.pulses.length > 0;
   return [
     roles.shown_process_value ? named(roles.setpoint) : undefined,
@@ -173,7 +174,7 @@ async function signalsOf({ setup: { members } }) {
 }
 
 /**
- * Runs an example up to the end of its description and draws its small curve.
+ * Runs an example to the end of its description and draws its small curve; `undefined` if a loop was opened meanwhile.
  *
  * @param {KnownLoop} known
  */
@@ -211,7 +212,7 @@ async function small(known) {
 }
 
 /**
- * Curves without axes, setpoint and process value on one scale.
+ * Draws curves without axes. Setpoint and process value share a scale.
  *
  * @param {import("./messages").Curves} view
  * @param {number[]} which role of each curve: 0 setpoint, 1 process value, 2 manipulated value
@@ -221,7 +222,7 @@ async function small(known) {
  */
 function picture(view, which, [width, height], margin, range = [view.times[0] ?? 0, view.times.at(-1) ?? 1]) {
   const { curves } = theme();
-  // A plant may have no value yet in its first call.
+  // The first call is left out: a plant may not have a value yet.
   const there = (/** @type {number} */ at) => view.values[at].slice(2).filter((value) => value !== null);
   const together = which.flatMap((role, at) => (role < 2 ? there(at) : []));
   const x = (/** @type {number} */ time) => ((time - range[0]) / (range[1] - range[0] || 1)) * width;
@@ -275,7 +276,7 @@ async function run(place, known) {
   const setpoint = (await signalsOf(known))[0] ?? "";
   while (isFree()) {
     await new Promise((done) => setTimeout(done, INTERVAL));
-    // Not visible.
+    // Pause while the page is not visible.
     if (document.hidden) continue;
     const calls = Math.max(Math.round((FACTOR * INTERVAL) / 1000 / step), 1);
     const now = SETPOINTS.findLast(([from]) => time % ROUND >= from)?.[1];
@@ -348,7 +349,7 @@ function paint(place, view, which, { time, from, values }) {
  */
 export function showRecorded(place) {
   const curves = [PROCESS_VALUE.map(() => SETPOINT), PROCESS_VALUE, MANIPULATED_VALUE];
-  // `picture` skips the first two rows, those of the start.
+  // `picture` skips the first two rows, so they can be empty.
   const times = [0, 0, ...PROCESS_VALUE.map((_, at) => FIRST + EVERY * at)];
   const view = { times, values: curves.map((values) => [null, null, ...values]), units: [], is_exact: true };
   const values = curves.map((of) => of[of.length - 1]);

@@ -1,9 +1,9 @@
-/** Files in folders and ZIP archives that are dropped or selected as a whole. */
+/** Reads files from folders and ZIP archives that the user drops or selects as a whole. */
 
 import { EngineError } from "tool/engine.js";
 import { unzippedAll } from "tool/zip.js";
 
-/** A project has hundreds of files. */
+/** The maximum number of files in a dropped folder; a project has hundreds. */
 const MOST_FILES = 5000;
 const LARGEST = 32_000_000;
 
@@ -20,7 +20,7 @@ export function pathOf(file) {
  *
  * @param {string} path
  * @param {Uint8Array<ArrayBuffer>} content
- * @param {boolean} [isOne] whether it is in a folder or an archive
+ * @param {boolean} [isOne] whether to keep the path: the file is in a folder or an archive
  */
 export function fileAt(path, content, isOne = path.includes("/")) {
   const file = new File([content], path.slice(path.lastIndexOf("/") + 1));
@@ -29,7 +29,7 @@ export function fileAt(path, content, isOne = path.includes("/")) {
 }
 
 /**
- * The dropped files, including those in folders. The entries must be read before the first `await`.
+ * The dropped files, including those in folders.
  *
  * @param {DataTransfer} transfer
  */

@@ -1,5 +1,5 @@
 /**
- * Variables that the user overwrites: once, or in every call until they are released. A forced variable is marked
+ * Lets the user overwrite variables: once, or in every call until they are released. A forced variable is marked
  * wherever it is shown.
  *
  * @typedef {import("./messages").Value} Value
@@ -10,11 +10,12 @@ import { ask } from "tool/engine.js";
 import { split, store, wiredTo } from "tool/store.js";
 
 /**
- * The periods in which variables were forced in the current run, by name: first call, and call after the last.
+ * The periods in which variables were forced in the current run, by name: the first call, and the call after the last
+ * (infinite while it is still forced).
  * @type {Map<string, [number, number][]>}
  */
 let spans = new Map();
-/** A key of the run and the variables forced in it. */
+/** Identifies the run and the forced values for which `spans` was fetched. */
 let known = "";
 
 for (const what of ["state", "run", "loop"]) store.on(what, follow);
@@ -31,8 +32,8 @@ export function isForced(name) {
 }
 
 /**
- * The periods in which a variable was forced: first call, and call after the last, which is infinite if it is still
- * forced.
+ * The periods in which a variable was forced: the first call, and the call after the last, which is infinite while it
+ * is still forced.
  *
  * @param {string} name
  */
@@ -41,7 +42,7 @@ export function forcedSpans(name) {
 }
 
 /**
- * Forces variables, by their full names. If there is no run, starts one without making a call.
+ * Forces variables, by `MEMBER.VARIABLE`. If there is no run, starts one without making a call.
  *
  * @param {Values} values
  */
@@ -55,7 +56,7 @@ export function write(values) {
 }
 
 /**
- * Releases variables. An input returns to the value set for it.
+ * Releases variables. An unconnected input or parameter returns to the value that is set for it.
  *
  * @param {string[]} names by default, all forced variables
  */

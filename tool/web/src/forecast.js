@@ -1,6 +1,6 @@
 /**
- * The last setpoint step: its figures predicted with the identified plant and the settings in force then, next to the
- * figures of the run. A wrong model shows up here.
+ * Compares the figures of the last setpoint step with those predicted by the identified plant for the settings then in
+ * force. This reveals a wrong model.
  *
  * @typedef {import("./messages").Figures} Figures
  */
@@ -10,12 +10,13 @@ import { ask } from "tool/engine.js";
 import { stepText, valueText } from "tool/figures.js";
 import { store } from "tool/store.js";
 
-/** The latest figures that arrived while a request is pending. @type {Figures | undefined} */
+/** The latest figures that arrived while a request was pending. @type {Figures | undefined} */
 let next;
 let isAsking = false;
 
 /**
- * Creates an element that shows the comparison once settings have been applied and a step has been made.
+ * Creates an element that shows the comparison, once computed settings have been applied and the run has a setpoint
+ * step.
  *
  * @returns {HTMLElement}
  */
@@ -41,7 +42,7 @@ async function show(place, { step, figures }) {
   const { loop, state } = store;
   const tuning = /** @type {import("./messages").Tuning | undefined} */ (loop?.notes.tune?.applied);
   if (!tuning || step?.cause !== "setpoint") return fill(place);
-  // The report states why a step cannot be predicted; the page shows nothing.
+  // If the step cannot be predicted, the page shows nothing; the report states the reason.
   const of = await ask({ do: "forecast", tuning }).catch(() => null);
   if (store.loop !== loop || store.state?.run !== state?.run) return;
   const both = figures.filter(({ key, value }) => of && value !== null && key in of.figures);
@@ -68,7 +69,7 @@ async function show(place, { step, figures }) {
         ),
       ),
     ),
-    // The verdict has to wait until the run pauses.
+    // Show the verdict only while the run is paused.
     store.isRunning ? null : element("p", of.verdict),
   );
 }

@@ -1,9 +1,10 @@
-/** Draws at most once per frame, without overlaps. */
+/** Limits work such as drawing to once per frame. */
 
 import { store } from "tool/store.js";
 
 /**
- * Returns a function that runs some work in the next frame, and once more if it is called in the meantime.
+ * Returns a function that does the work in the next frame. If it is called while the work is in progress, the work is
+ * repeated once.
  *
  * @param {() => unknown} work
  */

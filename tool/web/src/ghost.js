@@ -1,7 +1,7 @@
 /**
- * What-if curves: while a setting is being edited, the test of the current run, repeated with the values in the fields,
- * is drawn dashed behind the run. Once the values are applied, the curves stay until the run continues or restarts. The
- * engine computes them without disturbing the run.
+ * What-if curves: while settings are being edited, the engine repeats the test of the current run with the values in
+ * the fields, without disturbing the run, and the result is drawn dashed behind it. After the values are applied, these
+ * curves stay until the run continues or restarts.
  */
 
 import { ask } from "tool/engine.js";
@@ -13,17 +13,17 @@ import { units } from "tool/signals.js";
 import { isEdited, split, store, variable } from "tool/store.js";
 import { same, shown } from "tool/values.js";
 
-/** The pause in typing before a trial, in milliseconds. */
+/** The time without typing after which a trial starts, in milliseconds. */
 const PAUSE = 150;
-/** A run longer than this is not repeated on every keystroke. */
+/** Runs with more calls than this are not repeated while the user types. */
 const MOST_CALLS = 20_000;
 const POINTS = 1500;
 
 let timer = 0;
-/** The number of the last trial: an earlier one still pending is obsolete. */
+/** The number of the last trial. Pending trials with a lower number are obsolete. */
 let asked = 0;
 
-/** Starts to draw trials. */
+/** Starts drawing trials. */
 export function mount() {
   for (const what of ["settings", "loop", "run", "pause", "range"]) store.on(what, soon);
 }
@@ -35,11 +35,11 @@ function soon() {
   } else timer = setTimeout(make, PAUSE);
 }
 
-/** The edited settings, by their names in the engine; `undefined` if there is nothing to try. */
+/** The edited settings by `MEMBER.VARIABLE`; `undefined` if there is nothing to try. */
 function edits() {
   const loop = store.loop;
   const calls = store.state?.calls ?? 0;
-  // No trials for a program: its lines show the values of the current run.
+  // For a program there are no trials, since its lines show the values of the current run.
   if (!loop || !store.isLive() || calls < 2 || calls > MOST_CALLS || programOf(loop)) return undefined;
   const edited = Object.entries(loop.settings).filter(
     ([, one]) => isEdited(one) && one.wrong === undefined && !one.variable.is_stimulus,

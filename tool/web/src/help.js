@@ -1,4 +1,4 @@
-/** Help: on a field, from the FMU's documentation, and a panel with the keys and a description of the block. */
+/** Help on each field, from the FMU's documentation; and a panel that describes the keys and the block. */
 
 import { assetOf, html } from "tool/assets.js";
 import { attribute, element, fill } from "tool/dom.js";
@@ -52,7 +52,7 @@ export function mount(content) {
 }
 
 /**
- * Opens or closes the help on a setting below its field.
+ * Opens or closes the help on one or more settings, below their field.
  *
  * @param {string | string[]} names
  * @param {HTMLElement} row

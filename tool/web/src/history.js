@@ -1,6 +1,6 @@
 /**
- * The history of signals in a run: the calls in which each value changed, so that edges are drawn at the exact call in
- * a run of any length. Only new calls are requested.
+ * The history of signals in a run: the calls in which each value changed, so that edges are drawn at the exact call
+ * however long the run is. Only calls that are not known yet are requested.
  *
  * @typedef {object} Track
  * @property {number[]} calls calls in which the value changed, beginning with the first call
@@ -13,7 +13,7 @@ import { isLate } from "tool/moment.js";
 
 /** The maximum number of values in a request: more would block the page. */
 const MOST_VALUES = 200_000;
-/** The number of runs that the engine keeps. */
+/** The number of runs that the engine keeps, including the current one. */
 const MOST_RUNS = 6;
 
 /** The tracks, by run, then by name. @type {Map<number, Map<string, Track>>} */
@@ -50,7 +50,7 @@ export async function tracks(names, { run, calls, step, time, after }) {
     const row = rowOf(behind[0]);
     const variables = behind.filter((name) => rowOf(name) === row);
     if (row === calls) {
-      // The row after the last call does not exist yet, and never will for an earlier run.
+      // The row after the last call does not exist yet; for an earlier run, it never will.
       for (const name of variables) {
         const value = after?.[name];
         extend(known.get(name), value === undefined ? [] : [first], [value === "NaN" ? null : Number(value)], calls);
@@ -84,7 +84,7 @@ function extend(track, calls, values, until) {
 }
 
 /**
- * The index of the latest change up to a call: -1 before the first one.
+ * The index of the last change in or before a call; -1 if there is none.
  *
  * @param {Track} track
  * @param {number} call
@@ -106,7 +106,7 @@ export function placeOf(track, call) {
  * @param {Track} track
  * @param {number} first
  * @param {number} end the call after the last one
- * @param {number} dense changes fewer than this many calls apart cannot be told apart
+ * @param {number} dense changes fewer than this many calls apart cannot be distinguished in the drawing
  * @returns {{ from: number, to: number, value: number, changes: number }[]} `changes` is 0 for a constant value
  */
 export function parts({ calls, values, until }, first, end, dense) {
@@ -114,13 +114,13 @@ export function parts({ calls, values, until }, first, end, dense) {
   const stop = Math.min(end, until);
   let at = Math.max(placeOf({ calls, values, until }, first), 0);
   while (at < calls.length && calls[at] < stop) {
-    // A series of changes, each close to the previous one, is one part.
+    // A series of changes, each close to the previous one, becomes one part.
     let last = at;
     while (last + 1 < calls.length && calls[last + 1] < stop && calls[last + 1] - calls[last] < dense) last += 1;
     const isBand = last - at >= FEWEST;
     const from = Math.max(calls[at], first);
     const to = Math.min(calls[(isBand ? last : at) + 1] ?? until, stop);
-    // The last change of a band starts a separate part, which is visible if it lasts.
+    // The value after the last change of a band is a separate part, which is visible if it is long enough.
     if (isBand) parts.push({ from, to: calls[last], value: values[last], changes: last - at });
     parts.push({ from: isBand ? calls[last] : from, to, value: values[isBand ? last : at], changes: 0 });
     at = (isBand ? last : at) + 1;
@@ -128,5 +128,5 @@ export function parts({ calls, values, until }, first, end, dense) {
   return parts;
 }
 
-/** Fewer changes than this are drawn individually, however close together. */
+/** If a series has fewer intervals than this, its changes are drawn individually, however close together they are. */
 const FEWEST = 4;

@@ -1,6 +1,6 @@
 /**
- * The unconnected inputs of a program as operator controls: switches, push buttons and numbers, which take effect
- * immediately. Every change is logged with its time.
+ * Shows the unconnected inputs of a program as operator controls: switches, push buttons and number fields. Changes
+ * take effect immediately and are recorded as events of the run.
  *
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("tool/store.js").Work} Work
@@ -15,15 +15,16 @@ import { isSwitch } from "tool/signals.js";
 import { store, variable } from "tool/store.js";
 import { number, shown } from "tool/values.js";
 
-/** Words in a comment or a name that suggest a push button. */
+/** Words in an input's comment or name that suggest a push button. */
 const PUSH_COMMENT = /push.?button|\bbutton\b|momentary|\btaster\b|\bpulse\b/i;
 const PUSH_NAME = /(^|_)(start|stop|reset|ack|acknowledge|quit|confirm|jog)\w*$/i;
 
-/** Functions that show a new value, by input name. @type {Map<string, (value: import("./messages").Value) => void>} */
+/** Functions that show a new value in an input's control, by input name. @type {Map<string, (value:
+ * import("./messages").Value) => void>} */
 const fields = new Map();
 /** The elements for the value at the cursor, by input name. @type {Map<string, [Variable, HTMLElement]>} */
 const moments = new Map();
-/** A key of the loop and the inputs shown. */
+/** Identifies the loop and the controls shown. */
 let drawn = "";
 
 /** @param {HTMLElement} within */
@@ -42,7 +43,7 @@ export function mount(within) {
   update();
 }
 
-/** Shows the values at the cursor, or the forced values. */
+/** Shows each input's value at the cursor or, without a cursor, its forced value. */
 function showMoment() {
   const loop = store.loop;
   if (!loop) return;
@@ -99,7 +100,7 @@ async function act(name, value) {
 }
 
 /**
- * Whether an input is a push button: the user's choice, otherwise a guess from its comment and name.
+ * Whether an input is a push button: chosen by the user, otherwise guessed from its comment and name.
  *
  * @param {Work} loop
  * @param {Variable} of
@@ -137,7 +138,7 @@ function row(of, control, more = null) {
 }
 
 /**
- * A switch, which keeps its position.
+ * A toggle switch.
  *
  * @param {Work} loop
  * @param {Variable} of
@@ -164,7 +165,7 @@ function push(loop, { name }) {
   const button = element("button.push", element("span.name", name));
   let isDown = false;
   /**
-   * The run and its number of calls when it accepted the press.
+   * The run that accepted the press, and its number of calls at that time.
    *
    * @type {{ run: number | undefined, calls: number } | undefined}
    */
@@ -190,7 +191,7 @@ function push(loop, { name }) {
   };
   const release = () => {
     if (!isDown || endWaiting) return;
-    // A press released between two calls would go unnoticed.
+    // Release it only after a call: the run would not notice a press that ends between two calls.
     endWaiting = store.on("state", end);
     end();
   };
@@ -214,7 +215,7 @@ function push(loop, { name }) {
 }
 
 /**
- * A number, set with Enter, or with a slider if it has two limits.
+ * A number field, with a slider if the input has two limits.
  *
  * @param {Work} loop
  * @param {Variable} of
@@ -236,7 +237,7 @@ function numeric(loop, of) {
   slider.addEventListener("input", async () => {
     if (isActing) return;
     isActing = true;
-    // Repeat until the slider's latest position has been sent.
+    // The slider may move while a value is being sent: repeat until its latest position has been sent.
     for (let last = Number.NaN; last !== Number(slider.value); ) {
       last = Number(slider.value);
       await act(name, last);

@@ -1,6 +1,6 @@
 /**
- * The blocks inside a program, such as its controllers: the choice of the one in the diagram, its parameters with their
- * current values, and a way to open it as a separate loop that can be tuned and replayed like any other.
+ * The catalogue blocks inside a program, such as its controllers. The user chooses one for the diagram, sees its
+ * parameters with their current values, and can open it as a separate loop, to tune and replay it like any other.
  *
  * @typedef {import("./messages").Description} Description
  * @typedef {import("tool/store.js").Work} Work
@@ -32,7 +32,7 @@ function isInCatalogue(block) {
 }
 
 /**
- * The inner block chosen for display.
+ * The inner block that is displayed: the user's choice, or else the first.
  *
  * @param {Work} loop
  */
@@ -56,7 +56,7 @@ export function descriptionInside(loop, path) {
 /** @type {HTMLElement} */
 let body;
 /**
- * The cells with values, by the variable's name in the program.
+ * The cells that show values, with their PLC types, by the variable's name in the program.
  *
  * @type {Map<string, { kind: string, place: HTMLElement }>}
  */
@@ -144,7 +144,7 @@ function parameters(loop, path, of, group) {
 }
 
 /**
- * The source line that passes a parameter.
+ * The source line in which the program passes a parameter to the block; `undefined` if it does not pass it.
  *
  * @param {Work} loop
  * @param {string} path
@@ -202,7 +202,8 @@ async function openAlone(loop, path, block) {
   store.edit(now);
   await store.send();
   beginWith(made);
-  // Connections to the program move to the terminals of the block to which the program passes them.
+  // A connection to a variable of the program becomes one to the block's terminal for which the program passes that
+  // variable.
   const own = (/** @type {string} */ end) => {
     if (!end.startsWith(`${loop.member}.`)) return end;
     const name = end.slice(loop.member.length + 1).toUpperCase();

@@ -1,6 +1,6 @@
 /**
- * The last sessions, which outlive their tabs: kept in localStorage, also for the page opened as a file. The first page
- * offers them. Each tab has one session.
+ * Keeps the last sessions in localStorage, where they outlive their tabs, even if the page was opened as a file. The
+ * first page offers them. Each tab has one session.
  *
  * @typedef {object} KeptSession
  * @property {string} id
@@ -12,9 +12,9 @@
 import { whereIsTheEngine } from "tool/engine.js";
 
 const KEY = "plcfmu-sessions";
-/** The session of this tab. */
+/** The key in sessionStorage for the id of this tab's session. */
 const OWN = "plcfmu-session";
-/** The number of sessions kept, each of limited length: a browser has room for some 5 million characters. */
+/** The maximum number of sessions and the maximum length of each: a browser has room for some 5 million characters. */
 const MOST = 5;
 const LARGEST = 800_000;
 
@@ -28,7 +28,7 @@ export function keptSessions() {
   }
 }
 
-/** @param {KeptSession[]} kept the oldest are dropped if there is no room for all */
+/** @param {KeptSession[]} kept latest first; the oldest are dropped if there is no room for all */
 function write(kept) {
   for (let count = Math.min(kept.length, MOST); count >= 0; count -= 1) {
     try {
@@ -36,14 +36,14 @@ function write(kept) {
       else localStorage.setItem(KEY, JSON.stringify(kept.slice(0, count)));
       return;
     } catch {
-      // The storage is full or missing.
+      // The storage is full or not available: try with fewer sessions.
     }
   }
 }
 
 /**
- * Saves the session of this tab, unless the page comes from a server: the next server has a new address and would not
- * find it.
+ * Saves the session of this tab, unless the page comes from a server: storage belongs to an address, and the next
+ * server has another one.
  *
  * @param {string} title
  * @param {string} content
@@ -60,10 +60,10 @@ export function keepSession(title, content) {
 }
 
 /**
- * Makes a saved session the session of this tab; a reload restores it.
+ * Makes a saved session the session of this tab. It is restored when the page is reloaded.
  *
  * @param {KeptSession} session
- * @param {string} key storage key of the content that survives a reload
+ * @param {string} key the key in sessionStorage from which a reload restores the content
  */
 export function takeUp({ id, content }, key) {
   sessionStorage.setItem(OWN, id);

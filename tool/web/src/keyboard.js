@@ -1,4 +1,5 @@
-/** Keys that work unless the cursor is in a field. The panels implement the actions: see the events of the store. */
+/** The keys for the whole page. Most of them work only outside fields. The panels act on them by listening to events of
+ * the store. */
 
 import { closeDrawer, toggleDrawer } from "tool/panels.js";
 import { store } from "tool/store.js";
@@ -51,7 +52,7 @@ export function mount() {
 /**
  * @param {KeyboardEvent} event
  * @param {Element | null} target
- * @returns {boolean} whether it was one
+ * @returns {boolean} whether the key was a command
  */
 function command(event, target) {
   const isOther = isTyped(target) && !target?.closest("#parameters");
@@ -65,7 +66,7 @@ function command(event, target) {
 }
 
 /**
- * Whether keys go into a field.
+ * Whether the target is a field that receives typed keys.
  *
  * @param {Element | null} target
  */

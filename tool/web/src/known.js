@@ -1,4 +1,4 @@
-/** Described loops: the examples, and loop descriptions for `plcfmu run`. */
+/** Opens loops from descriptions: the examples, and files for `plcfmu run`. */
 
 import { programOf, showOutputs } from "tool/program.js";
 import { remake } from "tool/remake.js";
@@ -13,10 +13,10 @@ import { number } from "tool/values.js";
  */
 export async function openKnown(known, file) {
   const [controller, ...members] = known.setup.members;
-  // Fail before anything is opened if a member is missing.
+  // If a member is not in the catalogue, fail before anything is opened.
   for (const { fmu } of known.setup.members) await store.describe(fmu);
   const loop = await store.add(controller.name, controller.fmu, undefined, file);
-  // Replaces the controller's name in the description by its name here.
+  // Replaces the controller's name in the description with its name here.
   const own = (/** @type {string} */ name) =>
     name.startsWith(`${controller.name}.`) ? loop.member + name.slice(controller.name.length) : name;
   store.edit(controller.values);

@@ -1,6 +1,7 @@
 /**
- * LAD and FBD networks with power flow: paths that conduct in the displayed call are green and thick, paths that do not
- * are dashed, and unknown paths are plain. The engine records the wires of a call; values are those at its end.
+ * Draws LAD and FBD networks with their power flow: paths that conduct in the displayed call are green and thick, paths
+ * that do not are dashed, and paths whose state is unknown are plain. The truth values of wires are recorded during the
+ * call; the values of variables are those at its end.
  *
  * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").From} From
@@ -10,7 +11,7 @@
  *
  * @typedef {object} Told the known state of the call
  * @property {Map<number, boolean>} wires truth values by their numbers
- * @property {Set<number>} lines that ran
+ * @property {Set<number>} lines executed in the call
  * @property {(path: string, isGlobal: boolean) => { text: string, name: string | undefined, isForced: boolean } | undefined} value
  */
 
@@ -19,10 +20,10 @@ import { cut, FLOW, layout, operandsOf, RAIL } from "tool/ladder_layout.js";
 import { store } from "tool/store.js";
 import { showUsage } from "tool/usage.js";
 
-/** The smallest scale at which a network that does not fit is drawn. */
+/** The smallest scale to which a network is shrunk to fit; beyond that, it scrolls. */
 const SMALLEST = 0.75;
 
-/** Functions that update each element for a call. @type {((told: Told) => void)[]} */
+/** Functions that update the drawn elements for the displayed call. @type {((told: Told) => void)[]} */
 let followers = [];
 /** The selected variable. @type {Operand | undefined} */
 let selected;
@@ -34,7 +35,8 @@ let told;
 let block;
 /** @type {(of: import("tool/usage.js").Variable) => Way | undefined} */
 let declaration = () => undefined;
-/** The operands that decided the requested value. @type {{ block: string, wires: Set<number> } | undefined} */
+/** The block and the wires of the operands that decided the value which the user asked about. @type {{ block: string,
+ * wires: Set<number> } | undefined} */
 let decided;
 
 store.on("decided", (/** @type {typeof decided} */ of) => {
@@ -43,11 +45,11 @@ store.on("decided", (/** @type {typeof decided} */ of) => {
 });
 
 /**
- * The networks of a block.
+ * Draws the networks of a block.
  *
  * @param {Block} of
- * @param {(of: import("tool/usage.js").Variable) => Way | undefined} wayTo finds the way to the declaration of a
- *   variable
+ * @param {(of: import("tool/usage.js").Variable) => Way | undefined} wayTo returns a link to the declaration of a
+ * variable
  * @returns {HTMLElement}
  */
 export function ladder(of, wayTo) {
@@ -63,7 +65,7 @@ export function ladder(of, wayTo) {
   return element("div.ladder", bar, list);
 }
 
-/** Shows the known state of a call. @param {Told} now */
+/** Updates the drawn networks for a call. @param {Told} now */
 export function follow(now) {
   told = now;
   for (const each of followers) each(now);
@@ -79,7 +81,7 @@ function network(of) {
     lines.some((line) => now.lines.has(line)) ||
     of.elements.some(({ outputs }) => outputs.some(({ wire }) => wire !== null && now.wires.has(wire)));
   /**
-   * The value of a wire; `undefined` if it is unknown.
+   * The truth value at the source of a wire; `undefined` if it is unknown.
    *
    * @param {From} from
    * @param {Told} now
@@ -94,7 +96,7 @@ function network(of) {
   };
   const drawing = svg("svg", {
     ...{ width, height, viewBox: `0 0 ${width} ${height}`, class: "network-drawing" },
-    // A wide network is scaled down before it scrolls.
+    // A wide network is first scaled down, then it scrolls.
     style: `min-width: ${Math.round(width * SMALLEST)}px`,
     ...{ role: "group", "aria-label": `Network ${of.number}` },
   });
@@ -194,7 +196,7 @@ function part(of, truth) {
 }
 
 /**
- * Whether a contact's operand let it conduct, regardless of the power flow into it.
+ * Whether a contact is closed by its operand, regardless of the power flow into it; `undefined` if unknown.
  *
  * @param {import("./messages").Element} part
  * @param {Told} now
@@ -233,7 +235,7 @@ function box(of) {
 }
 
 /**
- * A variable's name with its value below.
+ * Draws a variable's name with its value below.
  *
  * @param {Operand} operand
  * @param {number} x

@@ -1,6 +1,6 @@
 /**
- * Places the elements of a network and routes its wires: in columns from the rail to the right, each element after its
- * inputs, and in rows, one per branch.
+ * Places the elements of a network and routes its wires. Columns run from the rail to the right, with each element to
+ * the right of its inputs; there is one row per branch.
  *
  * @typedef {import("./messages").Network} Network
  * @typedef {import("./messages").Element} Part
@@ -41,19 +41,19 @@
  * @property {[number, number] | undefined} rail top and bottom of the rail
  */
 
-/** The distance of an element's first pin from its top, with room for names and values above. */
+/** The distance of an element's first pin from the element's top, with space for a name and a value above. */
 export const FLOW = 46;
-/** The spacing of pins, columns and rows. */
+/** The spacing of pins, of columns and of rows. */
 const [PIN, GAP, BETWEEN] = [32, 20, 10];
 /** The x coordinate of the rail. */
 export const RAIL = 8;
 /** The width of a letter. */
 const LETTER = 6.7;
-/** The factor by which a letter in a title is wider. */
+/** The factor by which a letter in a box title is wider. */
 const BOLD = 1.25;
 const MOST_LETTERS = 20;
 const SYMBOL = 28;
-/** The minimum width of a symbol, with room for the value of an operand. */
+/** The minimum width of a contact, coil or comparison, with space for the value of its operand. */
 const LEAST = 76;
 
 /** A name, shortened for display. @param {string} name */
@@ -66,7 +66,7 @@ function wide(text) {
   return Math.min(text.length, MOST_LETTERS) * LETTER;
 }
 
-/** The number of a pin IN1, IN2 ...; 0 for any other. @param {string} pin */
+/** The number in the name of a pin IN1, IN2 ...; 0 for any other pin. @param {string} pin */
 function numberOf(pin) {
   return Number(/^IN(\d+)$/.exec(pin)?.[1] ?? 0);
 }
@@ -82,7 +82,7 @@ export function operandsOf({ sources }) {
 }
 
 /**
- * An element with its pins and its size.
+ * Determines an element's pins and size.
  *
  * @param {Part} part
  * @param {number} number
@@ -92,7 +92,7 @@ export function operandsOf({ sources }) {
 function sized(part, number, isLadder) {
   const look = isLadder || part.shape === "junction" ? part.shape : "box";
   const place = { part, number, look, column: 0, row: 0, x: 0, y: 0, left: 0 };
-  // The power flow is at the top: EN, IN or the first wired pin. IN1 is above IN2, whatever their order in the file.
+  // Wired pins, which carry the power flow, are at the top. IN1 is above IN2, whatever their order in the file.
   const inputs = part.inputs.toSorted(
     (a, b) => Number(isWired(b)) - Number(isWired(a)) || numberOf(a.pin) - numberOf(b.pin),
   );
@@ -183,7 +183,7 @@ export function layout(network) {
 }
 
 /**
- * The start of each length, with gaps in between.
+ * The start positions of consecutive lengths, with gaps between them.
  *
  * @param {number[]} lengths
  * @param {number} from
@@ -205,7 +205,7 @@ function sums(lengths, from, gap) {
  */
 function columns(placed, isLadder) {
   const open = new Set(placed);
-  // At most one round per element of the longest path; this also ends the search if wires form a loop.
+  // The longest path needs at most one round per element. The limit ends the search if wires form a loop.
   for (let round = 0; round <= placed.length && open.size > 0; round += 1) {
     for (const one of open) {
       const before = needed(one).flatMap(({ from }) => (from.element === null ? [] : [placed[from.element]]));
@@ -219,13 +219,13 @@ function columns(placed, isLadder) {
   for (const one of placed) if (one.look === "coil" && ends(placed, one)) one.column = last;
 }
 
-/** Whether the outputs of an element are not connected. @param {Placed[]} placed @param {Placed} one */
+/** Whether no other element uses an output of this one. @param {Placed[]} placed @param {Placed} one */
 function ends(placed, one) {
   return !placed.some((other) => needed(other).some(({ from }) => from.element === one.number));
 }
 
 /**
- * Assigns rows: the first input of an element is in the same row; each additional input starts a row below.
+ * Assigns rows: an element's first input is in the element's own row; each other input starts a new row below.
  *
  * @param {Placed[]} placed
  */
@@ -243,7 +243,7 @@ function rows(placed) {
     }
   };
   for (const one of placed.filter((of) => ends(placed, of))) if (!done.has(one)) place(one, next++);
-  // Elements in a loop of wires, which has no end.
+  // Elements in a loop of wires, which has no last element.
   for (const one of placed) if (!done.has(one)) place(one, next++);
 }
 
@@ -272,7 +272,7 @@ function wire(placed, to, pin, from, tops, heights) {
     const [left, right] = [begin[0] + 8, end[0] - 8];
     return { from, path: `M${begin[0]} ${begin[1]}H${left}V${under}H${right}V${end[1]}H${end[0]}`, dots: [] };
   }
-  // A branch from below joins just before the wire's end; a branch that leads down starts just after its beginning.
+  // A wire that leads up turns just before its end; a wire that leads down turns just after its beginning.
   const turn = begin[1] > end[1] ? end[0] - GAP / 2 : begin[0] + GAP / 2;
   const path =
     begin[1] === end[1] ? `M${begin[0]} ${begin[1]}H${end[0]}` : `M${begin[0]} ${begin[1]}H${turn}V${end[1]}H${end[0]}`;
@@ -282,7 +282,8 @@ function wire(placed, to, pin, from, tops, heights) {
   return { from, path, dots };
 }
 
-/** Whether another element is between two of a row. @param {Placed[]} placed @param {Placed} from @param {Placed} to */
+/** Whether there is an element between two others in a row. @param {Placed[]} placed @param {Placed} from @param
+ * {Placed} to */
 function between(placed, from, to) {
   return placed.some(({ row, column }) => row === from.row && column > from.column && column < to.column);
 }

@@ -1,13 +1,13 @@
 /**
- * A link that contains a loop with its settings and its run, compressed in the fragment, which is never sent to a
- * server. Opened on another computer, it reproduces the run bit for bit.
+ * Creates and opens links that contain a loop with its settings and its run, compressed in the URL's fragment, which is
+ * never sent to a server. On another computer, the link reproduces the run bit for bit.
  *
  * @typedef {object} Carried
  * @property {1} version
  * @property {string} name of the loop
  * @property {string} fmu
  * @property {import("./messages").Program} [program] the sources, if the loop's controller is a program
- * @property {(import("./messages").Program | null)[]} [others] the same for the other members, in order
+ * @property {(import("./messages").Program | null)[]} [others] the same for each of the other members, in order
  * @property {import("./messages").Values} values in force at the end
  * @property {number | null} window visible part of the curves, in seconds
  * @property {Record<string, any>} [notes] for a program: the signals of the diagram, the watch table, the kinds of
@@ -26,7 +26,7 @@ const BEGIN = "#loop=";
 /** The maximum size of a link's content in bytes, and the maximum number of calls in its run. */
 const [LARGEST, MOST_CALLS] = [4_000_000, 2_000_000];
 
-/** The panel notes that a link contains. */
+/** The keys of the loop's notes that a link contains. */
 const NOTES = ["timing", "watch", "inputs"];
 
 /** A link to the current loop. @returns {Promise<string>} */
@@ -54,7 +54,7 @@ export async function linkOfLoop() {
 export async function openLink() {
   if (!location.hash.startsWith(BEGIN)) return;
   const text = location.hash.slice(BEGIN.length).replaceAll("-", "+").replaceAll("_", "/");
-  // The loop is now part of the session, which a reload restores.
+  // Remove the loop from the address: it becomes part of the session, which a reload restores.
   history.replaceState(null, "", location.href.split("#")[0]);
   /** @type {Carried} */
   let carried;
@@ -109,7 +109,7 @@ export async function openLink() {
 }
 
 /**
- * Renames the controller in a variable name: its original name may be taken here.
+ * Returns a function that renames the controller in a variable name: its original name may already be taken here.
  *
  * @param {string} from
  * @param {string} to

@@ -1,4 +1,4 @@
-/** Opening files, new loops, and the table of all loops. */
+/** The opening page with its drawer (files, new loops, examples), and the table of all loops. */
 
 import { byId, choice, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
@@ -16,16 +16,17 @@ import { rounded } from "tool/values.js";
 
 /** A column other than name and state: its title, and for each row a sort key and the text. @typedef {{ title: string, isNumber: boolean, isWide: boolean, of: (row: Row) => [number | string, string] }} Column */
 
-/** Rows per page: many while no loop is open and the table has the page to itself. */
+/** Rows per page of the table: few beside an open loop, many while the table has the page to itself. */
 const [FEW, MANY] = [5, 25];
 
 const MOST_PROBLEMS = 20;
-/** The example behind the first button. */
+/** The example that the first button opens. */
 const FIRST_EXAMPLE = "furnace";
 
 let page = 0;
 let filter = "";
-/** The column to sort by; by default, rows are in file order. @type {{ title: string, isDown: boolean } | undefined} */
+/** The title of the column to sort by; by default, rows are in the order of their files. @type {{ title: string,
+ * isDown: boolean } | undefined} */
 let sorting;
 /** The roles of the blocks' variables, by block name. @type {Map<string, import("./messages").Roles>} */
 const rolesOf = new Map();
@@ -66,7 +67,7 @@ export function mount(content) {
     onceAFrame(() => showRows(list, search)),
   );
   store.on("files", () => {
-    // The drawer would cover the list.
+    // Close the drawer, which would cover the list.
     if (store.loop) byId("opening").hidden = true;
     page = 0;
   });
@@ -142,14 +143,14 @@ function mountOpening() {
   );
   const begin = element("div.begin", promise, living, choose, kinds, form, summary);
   byId("opening").querySelector(".content")?.append(begin, examples);
-  // Restoring the session after a reload comes first.
+  // The live loop starts only after a session, if any, has been restored.
   store.on("ready", () => live(living).catch(store.say));
   store.on("loops", () => {
     if (store.loops.length === 0) opening.hidden = false;
   });
   store.on("loop", () => {
     if (!store.loop) return;
-    // The item clicked on the first page may be far down.
+    // The user may have scrolled down on the first page.
     if (!opening.hidden) scrollTo(0, 0);
     opening.hidden = true;
   });
@@ -211,7 +212,7 @@ function doors() {
   );
 }
 
-/** The last sessions; `null` if there are none. @param {HTMLElement} within */
+/** The list of the last sessions; `null` if there are none. @param {HTMLElement} within */
 function recent(within) {
   const sessions = keptSessions();
   if (sessions.length === 0) return null;
@@ -237,7 +238,7 @@ function recent(within) {
   );
 }
 
-/** Files may be dropped anywhere. */
+/** Accepts files dropped anywhere on the page. */
 function mountDrop() {
   const isOfFiles = (/** @type {DragEvent} */ event) => event.dataTransfer?.types.includes("Files") ?? false;
   document.addEventListener("dragover", (event) => {
@@ -257,7 +258,7 @@ function mountDrop() {
 }
 
 /**
- * Whether an FMU can be the controller of a new loop. A foreign FMU of unknown kind cannot.
+ * Whether an FMU is offered as the controller of a new loop. A foreign FMU of unknown role is not.
  *
  * @param {import("./messages").Entry} entry
  */
@@ -297,7 +298,7 @@ function allRows() {
   }
   const own = store.loops.filter((loop) => !inFiles.has(loop)).map((loop) => rowOf(loop));
   const all = [...own, ...rows];
-  // Two loops with the same name are distinguished by their files.
+  // The file is shown only where two loops have the same name.
   const count = new Map();
   for (const { name } of all) count.set(name, (count.get(name) ?? 0) + 1);
   for (const row of all) if (count.get(row.name) === 1) row.file = undefined;
@@ -342,7 +343,7 @@ function ofRow(row, name) {
 }
 
 /**
- * A column with the number in a role.
+ * A column with the value of the numeric variable in a role.
  *
  * @param {string} title
  * @param {(roles: import("./messages").Roles) => string | null | undefined} role
@@ -381,7 +382,7 @@ const COLUMNS = [
   numberColumn("Setpoint", ({ setpoint }) => setpoint),
 ];
 
-/** The rows in the user's sort order; rows with equal values keep their order. @param {Row[]} rows */
+/** The rows in the order chosen by the user. Rows with equal values keep their order. @param {Row[]} rows */
 function sorted(rows) {
   if (!sorting) return rows;
   const { title, isDown } = sorting;
@@ -399,7 +400,8 @@ function sorted(rows) {
 }
 
 /**
- * The table head: one click on a title sorts by its column, a second reverses the order, a third ends the sorting.
+ * The table head: the first click on a title sorts by its column, the second reverses the order, the third ends
+ * sorting.
  *
  * @param {HTMLElement} list
  * @param {HTMLElement} search
@@ -445,7 +447,7 @@ function showRows(list, search) {
   const few = found.some(({ title }) => title) ? FEW - 1 : FEW;
   const rows = store.loops.length > 0 ? few : MANY;
   search.hidden = all.length <= 8;
-  // Keep existing elements: one recreated under the pointer would lose the click.
+  // Keep existing elements: an element recreated under the pointer would lose a click.
   const key = JSON.stringify([
     page,
     sorting,
@@ -549,7 +551,7 @@ function summaryOf(row) {
   const changed = settings.filter((one) => source(one, "sent") === "changed").length;
   const edited = settings.filter(isEdited).length;
   const warnings = row.warnings > 0 ? `! ${row.warnings}` : "";
-  // One line, so that nothing below moves when a value is edited.
+  // Keep the state on one line, so that nothing below moves when a value is edited.
   const changes = edited > 0 ? `${edited} edited` : changed > 0 && `${changed} changed`;
   const state = [warnings, changes].filter(Boolean).join(", ");
   return {
@@ -590,7 +592,7 @@ function showProblems(within) {
 }
 
 /**
- * Closes a file, after a question if it has changes. It can be reopened as it was.
+ * Closes a file; if its loops have changes, asks first. The user can undo this.
  *
  * @param {import("./store.js").OpenFile} file
  */
@@ -622,7 +624,7 @@ function closeFile(file) {
 }
 
 /**
- * The problems of a file; remarks on an accepted file are folded once a loop is open.
+ * The list of a file's problems. Remarks on an accepted file are folded while a loop is open.
  *
  * @param {import("./store.js").OpenFile} file
  */
@@ -654,7 +656,7 @@ function problem(file, one) {
 }
 
 /**
- * Offers to reread a file as the parameters of a block: some formats do not name the block.
+ * Offers to reread a file as the parameters of a block chosen by the user, since some formats do not name the block.
  *
  * @param {import("./store.js").OpenFile} file
  */

@@ -1,6 +1,6 @@
 /**
- * A machine and its plant as programs: sources opened together in which one block is the machine and another is the
- * plant that it controls.
+ * Opens program sources. If one block is a machine and another the plant that it controls, both run as programs,
+ * connected with each other.
  *
  * @typedef {import("./messages").KnownLoop} KnownLoop
  * @typedef {import("./messages").Program} Program
@@ -12,12 +12,12 @@ import { choose } from "tool/plant.js";
 import { admit, openProgram, programNamed, programOf, programs, refused, sourcesOf, translate } from "tool/program.js";
 import { store } from "tool/store.js";
 
-/** Words in the name of a plant block. */
+/** Words that identify a block as a plant. */
 const PLANT = /plant|simul|process|strecke/i;
 
 /**
- * Opens sources together. If exactly two blocks are not called by any other and the name of one identifies it as the
- * plant, it is connected to the other.
+ * Opens sources together. If exactly two blocks are not called by any other, and the name of only one of them
+ * identifies it as a plant, that one is connected to the other as its plant.
  *
  * @param {File[]} files
  */
@@ -40,7 +40,7 @@ export async function openSources(files) {
  */
 export async function openWith(program, machine, plant) {
   const answer = await admit({ ...program, run: plant });
-  // Show problems of the plant at its lines.
+  // Show the plant's problems at their lines.
   if (!answer.fmu) return translate({ ...program, run: plant });
   const loop = await translate({ ...program, run: machine });
   if (!loop) return undefined;
@@ -53,7 +53,8 @@ export async function openWith(program, machine, plant) {
 }
 
 /**
- * Adds the FMUs for a described loop's programs, built from files that were opened with the loop or earlier.
+ * Adds the FMUs for the programs of a described loop. They are built from sources opened with the description or
+ * earlier.
  *
  * @param {KnownLoop} known
  * @param {File[]} files
@@ -83,7 +84,8 @@ export async function withPrograms(known, files) {
 }
 
 /**
- * Rebuilds the plant's program as well from sources that were reopened.
+ * After sources have been reopened, rebuilds the other members' programs that were built from them, such as the
+ * plant's.
  *
  * @param {Work} loop
  */

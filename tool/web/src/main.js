@@ -1,4 +1,5 @@
-/** Starts the page. Each panel has a module with a function `mount`, which is passed the element for its content. */
+/** Starts the page. The module of each panel exports a function `mount`, which is passed the element for the panel's
+ * content. */
 
 import { mount as bar } from "tool/bar.js";
 import { mount as compare } from "tool/compare.js";
@@ -29,7 +30,7 @@ import { mount as tune } from "tool/tune.js";
 import { mount as watch } from "tool/watch.js";
 
 /**
- * The panels by the id of their section; the first one belongs to the first page.
+ * The panels, by the id of their section. The first one belongs to the first page.
  *
  * @type {[string, (content: HTMLElement) => void][]}
  */
@@ -55,7 +56,7 @@ const PANELS = [
 for (const [id, mount] of PANELS) {
   const content = byId(id).querySelector(".content");
   if (content instanceof HTMLElement) mount(content);
-  // Paint the first page with its curve before mounting panels that it does not show. A hidden page has no frames,
+  // Let the browser paint the first page before mounting the panels that it does not show. A hidden page has no frames,
   // hence the timer.
   if (id === PANELS[0][0])
     await new Promise((done) => {

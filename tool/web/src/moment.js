@@ -1,6 +1,6 @@
 /**
- * The visible part of the run and the displayed moment, at the cursor or now. Curves, timing diagram, inputs and source
- * share them.
+ * The visible part of the run, and the displayed moment: at the cursor, or now. Curves, timing diagram, inputs and
+ * source share both.
  *
  * @typedef {import("./messages").Values} Values
  *
@@ -16,20 +16,21 @@ import { split, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
 /**
- * The part of the run chosen by the user; by default, the latest part.
+ * The part of the run to which the user has zoomed; by default, the latest part is visible.
  *
  * @type {[number, number] | undefined}
  */
 let zoomed;
 /**
- * The part shown during a step test: after the step, the run is followed again.
+ * The part shown for a step. When the run continues after the step, it is followed again.
  *
  * @type {[number, number] | undefined}
  */
 let ofStep;
-/** The cursor position set by keys or mouse, in seconds. @type {number | undefined} */
+/** The cursor position in seconds; `undefined` is now. @type {number | undefined} */
 let cursor;
-/** All values at the cursor, with their call and run. @type {{ key: string, values: Values } | undefined} */
+/** All values at the cursor; `key` identifies the run and the time of the call. @type {{ key: string, values: Values }
+ * | undefined} */
 let got;
 let isAsking = false;
 /** All current values, and the state they belong to. @type {{ state: typeof store.state, values: Values }} */
@@ -69,7 +70,8 @@ export function lookAt(time) {
 }
 
 /**
- * All values at the cursor, or now. After a cursor move, the old values are returned until the new ones arrive.
+ * All values at the cursor, or now. After the cursor has moved, the previous values are returned until the new ones
+ * arrive.
  *
  * @returns {Values}
  */
@@ -77,7 +79,7 @@ export function momentValues() {
   return (cursor !== undefined && got?.values) || presentValues();
 }
 
-/** All current values, collected once per state because every source line asks for them. */
+/** All current values. They are collected only once per state, because every source line needs them. */
 function presentValues() {
   const state = store.isLive() ? store.state : undefined;
   if (present.state !== state) {
@@ -88,8 +90,8 @@ function presentValues() {
 }
 
 /**
- * Whether a variable is a result of the current program in a run whose members exchange values in parallel: then its
- * value is in the row of the next call.
+ * Whether a variable's value after a call is in the row of the next call: it is a result of the loop's program in a run
+ * with parallel exchange.
  *
  * @param {string} name
  */
@@ -104,7 +106,8 @@ export function momentText() {
   return cursor === undefined ? "" : `at ${rounded(cursor, "REAL", 9)} s`;
 }
 
-/** Fetches the values at the cursor, one request at a time, each for the latest position. */
+/** Fetches the values at the cursor. Only one request is pending at a time; if the cursor has moved meanwhile, another
+ * one follows. */
 async function fetchValues() {
   const state = store.isLive() ? store.state : undefined;
   if (isAsking || !state || cursor === undefined || state.calls === 0) {
@@ -130,7 +133,7 @@ async function fetchValues() {
   store.emit("moment");
 }
 
-/** All values in a call. @param {number} call @returns {Promise<Values>} */
+/** All values after a call. @param {number} call @returns {Promise<Values>} */
 export async function valuesAt(call) {
   const { calls = 0, values: now = {}, after } = store.state ?? {};
   const names = Object.keys(now);
@@ -157,7 +160,7 @@ function start() {
   return Math.abs(first) < step * 1e-6 ? 0 : first;
 }
 
-/** The call whose values hold at a time. @param {number} time */
+/** The 0-based index of the call whose values hold at a time. @param {number} time */
 export function callAt(time) {
   const { calls, step } = store.state ?? { calls: 1, step: 1 };
   return Math.min(Math.max(Math.floor((time - start()) / step + 1e-6), 0), Math.max(calls - 1, 0));
@@ -180,7 +183,7 @@ export function range() {
   const length = notes()?.window ?? 0;
   const { origin, curves: ahead } = store.prediction ?? {};
   const predicted = origin ? origin.time + (ahead?.times.at(-1) ?? 0) : 0;
-  // A prediction extends into the future, but must not push measured values out of sight.
+  // A prediction extends beyond the run, but at least half of the window is kept for measured values.
   const end = Math.max(last, length === 0 ? predicted : Math.min(predicted, last + length / 2));
   const step = store.state?.step ?? 1;
   const whole = round(Math.max(end, 20 * step));
@@ -194,7 +197,7 @@ export function isZoomed() {
 }
 
 /**
- * Repeats the current run and keeps the visible part.
+ * Repeats the current run and keeps the zoom.
  *
  * @param {"same_bits" | "same_test"} what
  */
@@ -205,7 +208,7 @@ export async function repeated(what) {
   store.emit("range");
 }
 
-/** The next round number of seconds, so that the axis does not move while the run fills it. @param {number} seconds */
+/** Rounds a length in seconds up, so that the axis does not move while the run fills it. @param {number} seconds */
 function round(seconds) {
   const decade = 10 ** Math.floor(Math.log10(seconds));
   return decade * ([1, 1.5, 2, 3, 4, 6, 8].find((factor) => factor * decade >= seconds) ?? 10);
@@ -214,7 +217,7 @@ function round(seconds) {
 /**
  * Shows the latest part of the run and follows it.
  *
- * @param {number} [length] in seconds; 0 is all; unchanged by default
+ * @param {number} [length] length of the visible part in seconds, 0 for all; unchanged by default
  */
 export function follow(length) {
   const kept = notes();
@@ -236,7 +239,7 @@ export function zoom(from, to) {
 }
 
 /**
- * Zooms to a step that is about to run, until the user continues after it.
+ * Zooms to a step that is about to run, until the run is continued after it.
  *
  * @param {number} from
  * @param {number} to
@@ -246,7 +249,7 @@ export function zoomToStep(from, to) {
   ofStep = zoomed;
 }
 
-/** Follows the run again when it continues after a step. */
+/** Ends the zoom to a step, so that the run is followed again; a zoom by the user remains. */
 export function leaveStep() {
   if (isZoomed() && zoomed === ofStep) follow();
 }

@@ -1,7 +1,7 @@
 /**
- * The program view: the source with errors marked and, during a run, the current values beside each line that names
- * variables; networks are drawn. Values that changed since the last update are highlighted; a line executed in the last
- * call has a bar at its number.
+ * The program view: the source with its errors marked, or drawn networks. During a run, the values of the variables in
+ * each line are shown beside it. Values that changed since the last update are highlighted, and lines executed in the
+ * displayed call have a bar at their number.
  *
  * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").Compiled} Compiled
@@ -37,19 +37,19 @@ import { whyPanel } from "tool/why.js";
 
 /** The type of a value that is not a number. */
 const TEXT = "STRING";
-/** The height of a line in the style sheet, in pixels. */
+/** The height of a line, in pixels; must equal the height in the style sheet. */
 const HEIGHT = 20;
 /** The number of lines laid out together when they become visible. */
 const SECTION = 50;
 /** The minimum interval between requests for values, in milliseconds. */
 const PAUSE = 100;
 const MOST_PROBLEMS = 50;
-/** The last call whose executed lines can be shown: the engine repeats the run up to the call. */
+/** The executed lines are shown only for calls before this one, because the engine must repeat the run up to the call. */
 const MOST_CALLS = 20_000;
 
 /** @type {HTMLElement} */
 let body;
-/** The shown program. @type {{ program: Program, compiled: Compiled } | undefined} */
+/** The displayed program. @type {{ program: Program, compiled: Compiled } | undefined} */
 let showing;
 /** The index of the displayed source. */
 let file = 0;
@@ -59,11 +59,11 @@ const chosen = new Map();
 const asText = new Set();
 /** The block whose networks are drawn. @type {Block | undefined} */
 let drawnBlock;
-/** The last block chosen. @type {string | undefined} */
+/** The name of the last block that the user chose. @type {string | undefined} */
 let looked;
 /** @type {Line[]} */
 let lines = [];
-/** The lines by section, as laid out. @type {{ box: HTMLElement, lines: Line[] }[]} */
+/** The lines in sections that are laid out together. @type {{ box: HTMLElement, lines: Line[] }[]} */
 let sections = [];
 /** @type {HTMLElement} */
 let sheet;
@@ -75,19 +75,20 @@ let usage;
  * @type {(import("tool/usage.js").Variable & { block: Block, ways: [string, import("tool/usage.js").Way[]][] }) | undefined}
  */
 let selected;
-/** Shows the moment of the values, if it is not now. @type {HTMLElement} */
+/** Shows the time of the displayed values, unless it is now. @type {HTMLElement} */
 let badge;
 /** @type {Map<string, import("./messages").Variable>} */
 let variables = new Map();
 /** The panel that explains why a variable has its value. @type {HTMLElement} */
 let why;
-/** The program's activity in the last call, or in the call at the cursor. @type {Monitored | undefined} */
+/** The program's activity in the last call or in the call at the cursor; the next three variables say for which it was
+ * fetched. @type {Monitored | undefined} */
 let monitored;
-/** The cursor position to which it belongs. @type {number | undefined} */
+/** The cursor position of `monitored`. @type {number | undefined} */
 let monitoredAt;
 /** @type {number | undefined} */
 let monitoredRun;
-/** The networks to which it belongs. */
+/** The block and instance whose networks `monitored` covers. */
 let monitoredOf = "";
 /** Whether a request for values is pending. */
 let isAsking = false;
@@ -121,7 +122,7 @@ function show() {
   monitored = selected = undefined;
   usage.hidden = true;
   const { compiled } = showing ?? {};
-  // A program that was saved and reopened stays at the same place.
+  // After its source was edited and reopened, a program stays at the same place.
   const isAgain = before !== undefined && before.block === compiled?.block;
   const kept = isAgain ? compiled.sources.findIndex((one) => one.file === before.sources[file]?.file) : -1;
   if (kept < 0) {
@@ -135,11 +136,11 @@ function show() {
   document.body.classList.toggle("has-no-controller", !isController);
   const wrong = compiled?.sources.findIndex(({ file }) => file === firstProblem()?.file) ?? -1;
   file = wrong >= 0 ? wrong : kept >= 0 ? kept : (runBlock()?.file ?? 0);
-  // Without a loop there are no panels, so the first page shows the program.
+  // Without a loop there are no panels, so the first page shows a rejected program.
   const place = store.loop ? byId("program") : byId("refused");
   byId("refused").hidden = !bad || store.loop !== undefined;
   place.querySelector(".content")?.append(body);
-  // A new program triggers two events, for the loop and for the program: create its lines only once.
+  // A new program triggers the events `loop` and `program`: create its lines only once.
   if (showing !== was) drawn = "";
   draw();
   const first = firstProblem();
@@ -147,7 +148,7 @@ function show() {
   due();
 }
 
-/** The block that runs. */
+/** The block that runs as the program. */
 function runBlock() {
   const { compiled } = showing ?? {};
   return compiled?.blocks.find(({ name }) => same(name, compiled.block));
@@ -182,7 +183,7 @@ function draw() {
     ...[showing.compiled.fmu, file, [...chosen], stop, store.loop?.id, refused() !== undefined],
     [[...asText], looked],
   ]);
-  // A rejected program has no name to compare.
+  // A rejected program is always redrawn, because it has no name to compare.
   if (key === drawn && !refused()) return;
   drawn = key;
   const { compiled } = showing;
@@ -241,7 +242,7 @@ function draw() {
   update();
 }
 
-/** The head above the source, with the choice of source and instance, and further options. */
+/** The head above the source: lists to choose the source and the instance, and the options. */
 function head() {
   badge = element("span.mode");
   const { compiled, program } = /** @type {NonNullable<typeof showing>} */ (showing);
@@ -254,7 +255,7 @@ function head() {
   const choices = compiled.candidates.map((name) =>
     element("button.primary", { onclick: () => again({ ...program, run: name }) }, `Run ${name}`),
   );
-  // Two candidates: offer each one with the other as its plant, in one click.
+  // If there are two candidates, offer to run each with the other as its plant.
   const pairs = compiled.candidates.flatMap((machine) =>
     compiled.candidates.filter((plant) => plant !== machine).map((plant) => [machine, plant]),
   );
@@ -287,13 +288,14 @@ function head() {
   );
 }
 
-/** A block with networks in the displayed source: the chosen one, else the one that runs, else the first. */
+/** The block in the displayed source whose networks can be drawn: the block that the user chose, else the block that
+ * runs, else the first. */
 function withNetworks() {
   const all = showing?.compiled.blocks.filter((one) => one.file === file && one.networks.length > 0) ?? [];
   return all.find(({ name }) => name === looked) ?? all.find((one) => one === runBlock()) ?? all[0];
 }
 
-/** Shows a block, in one of its instances. @param {string} name @param {string | undefined} path */
+/** Shows a block in the instance at a path. @param {string} name @param {string | undefined} path */
 function look(name, path) {
   const of = showing?.compiled.blocks.find((one) => same(one.name, name));
   if (!of) return;
@@ -306,7 +308,8 @@ function look(name, path) {
   due();
 }
 
-/** Whether a source contains only the texts of a document, which are shown with it. @param {{ file: string }} of */
+/** Whether a source contains only the texts of another document, with which they are shown. @param {{ file: string }}
+ * of */
 function isText({ file: name }) {
   return /\.s7res$/i.test(name);
 }
@@ -329,7 +332,7 @@ function again(program) {
 }
 
 /**
- * Lists to choose the watched instance, for each block in the displayed source that has several.
+ * For each block in the displayed source with several instances: a list to choose the watched instance.
  *
  * @param {Compiled} compiled
  */
@@ -442,7 +445,7 @@ function choose(target) {
   const parts = (/** @type {string} */ path) => path.split(/[.[\],]+/).map((part) => part.toUpperCase());
   const wanted = name.toUpperCase();
   const named = lines[at - 1].names.filter(({ path }) => parts(path).includes(wanted));
-  // The variable itself, else a variable whose path begins with the name, else one whose path ends with it.
+  // Prefer the variable itself, then a variable whose path begins with the name, then one whose path ends with it.
   const rank = (/** @type {Named} */ { path }) =>
     path.toUpperCase() === wanted ? 0 : parts(path)[0] === wanted ? 1 : parts(path).at(-1) === wanted ? 2 : 3;
   const best = named.toSorted((one, other) => rank(one) - rank(other))[0];
@@ -456,7 +459,7 @@ function choose(target) {
 }
 
 /**
- * Links to the declaration and the uses of a variable.
+ * Links to the declaration, the writers and the readers of a variable.
  *
  * @param {Block} block
  * @param {import("tool/usage.js").Variable} of
@@ -473,7 +476,7 @@ function waysTo(block, of) {
   ];
 }
 
-/** Shows the current value and the uses of the chosen variable. The uses do not change during a run. */
+/** Shows the current value and the uses of the chosen variable. */
 function showSelected() {
   usage.hidden = selected === undefined;
   if (!selected) return;
@@ -481,7 +484,8 @@ function showSelected() {
   showUsage(usage, path, store.isLive() ? valueNow(block, path, isGlobal) : undefined, ways);
 }
 
-/** Enter moves to the first visible name, arrow keys move from name to name. @param {KeyboardEvent} event */
+/** In the source, Enter moves to the first visible name; arrow keys move from name to name. @param {KeyboardEvent}
+ * event */
 function keyOfName(event) {
   const { key, target } = event;
   if (!(target instanceof HTMLElement) || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -530,7 +534,7 @@ function line(text, at, look, block, names) {
 }
 
 /**
- * The text of a line with its errors underlined.
+ * The text of a line with its problems marked.
  *
  * @param {string} text
  * @param {Finding[]} found
@@ -577,7 +581,7 @@ function notesOf(name, at) {
   return told;
 }
 
-/** Updates the values soon if they are visible. */
+/** Fetches and shows the values if the program tab is visible, then pauses. */
 async function due() {
   if (isAsking || !showing || refused() || document.body.dataset.tab !== "program") return;
   isAsking = true;
@@ -611,9 +615,10 @@ async function due() {
   });
 }
 
-/** Whether the executed lines of this program have been scrolled into view. */
+/** Whether the executed lines of this program have already been scrolled into view. */
 let isBrought = false;
-/** The topmost line after the source was opened at its code. @type {number | undefined} */
+/** The index of the topmost line after the source was opened at its code; `undefined` if it has not been opened there.
+ * @type {number | undefined} */
 let openedAt;
 /** The state whose values are displayed. @type {unknown} */
 let shownState;
@@ -658,7 +663,8 @@ function update() {
   }
 }
 
-/** The visible lines, all found before any is changed, so that the layout runs only once. @param {number} margin */
+/** The visible lines. They are all found before any is changed, so that the browser computes the layout only once.
+ * @param {number} margin */
 function inSight(margin) {
   const { top, bottom } = sheet.getBoundingClientRect();
   const isIn = (/** @type {HTMLElement} */ of) => {
@@ -681,14 +687,14 @@ function toTop(of) {
   if (of) sheet.scrollTop += of.row.getBoundingClientRect().top - sheet.getBoundingClientRect().top;
 }
 
-/** The index of the topmost line. The scroll position would not do: it changes when lines above are laid out. */
+/** The index of the topmost visible line. Unlike the scroll position, it does not change when lines above are laid out. */
 function topLine() {
   return lines.indexOf(inSight(-2)[0]);
 }
 
 /**
- * Scrolls the first executed line into view, unless the user has scrolled: declarations at the beginning of a source
- * may fill the visible part.
+ * Scrolls the first executed line into view, unless the user has scrolled. Otherwise, declarations might fill the
+ * visible part.
  *
  * @param {Set<number>} run
  */
@@ -732,7 +738,7 @@ function showValues(one, state, isNext) {
           title: `${path} = ${text}${held ? ", forced" : ""}`,
           "data-name": name || null,
         },
-        // Beside a NOT, a value without its name would read as the value of the condition.
+        // The name is needed: beside a NOT, a bare value would look like the value of the condition.
         element("span.faint", `${lastName(path)} `),
         text,
       );
@@ -746,8 +752,8 @@ function lastName(path) {
 }
 
 /**
- * The current value of a variable named in a line: its path, the value as text, its type, its name, a mark if it is
- * forced.
+ * The displayed value of a variable named in a line: path, value as text, type, name in the run, and whether it is
+ * forced; all as strings, to be compared as JSON.
  *
  * @param {Line} one
  * @param {Named} named
@@ -759,7 +765,8 @@ function value({ block }, named) {
 }
 
 /**
- * The current value of a variable: its type, the value as text, its name if the run has it, and whether it is forced.
+ * The displayed value of a variable: its type, the value as text, its name if the run records it, and whether it is
+ * forced.
  *
  * @param {Block | undefined} block
  * @param {string} path
@@ -774,7 +781,8 @@ function valueNow(block, path, isGlobal) {
 }
 
 /**
- * Finds a variable by its path, in an instance or globally: its type, its value, and its name if the run has it.
+ * Finds a variable by its path, in the block's watched instance or globally. Returns its type, its value, and its name
+ * if the run records it.
  *
  * @param {Block | undefined} block
  * @param {string} path
@@ -798,7 +806,8 @@ function find(block, path, isGlobal) {
   });
   if (!isKnown) return undefined;
   const prefix = instanceOf(block);
-  // A function's operands no longer exist after its call, and a program variable may have the same name.
+  // A function's own variables no longer exist after its call; a variable of the program with the same name is a
+  // different one.
   if (prefix === undefined && !isGlobal) return undefined;
   const own = prefix ? `${prefix}.${plain}` : plain;
   const candidates = isGlobal ? [plain] : [own];
@@ -811,7 +820,7 @@ function find(block, path, isGlobal) {
     const text = texts.find(([name]) => same(name, candidate));
     if (text) return [TEXT, /** @type {any} */ (text[1])];
   }
-  // Temporaries of the main block only: those of inner blocks no longer exist.
+  // Only temporaries of the main block are known: those of inner blocks no longer exist.
   const temp = prefix === "" ? block.temps.find(([name]) => same(name, plain)) : undefined;
   const temps = monitoredNow()?.temps ?? {};
   const name = temp && Object.keys(temps).find((one) => same(one, plain));
