@@ -29,7 +29,8 @@ export function fileAt(path, content, isOne = path.includes("/")) {
 }
 
 /**
- * The dropped files, including those in folders.
+ * The dropped files, including those in folders. The entries are read before the first `await`, because the browser
+ * discards them afterwards.
  *
  * @param {DataTransfer} transfer
  */

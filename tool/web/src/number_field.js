@@ -1,5 +1,5 @@
 /**
- * A number field whose value takes effect immediately.
+ * A number field that takes effect on Enter, without Apply.
  *
  * @typedef {import("./messages").Value} Value
  */
@@ -9,7 +9,7 @@ import { unitText } from "tool/signals.js";
 import { number, read, shown } from "tool/values.js";
 
 /**
- * Creates a number field; Enter sets the value immediately.
+ * Creates a number field. Enter sets the value; Esc restores the last value set.
  *
  * @param {string} label
  * @param {string} id

@@ -1,10 +1,10 @@
 /**
- * The shape of a signal as SVG path data, which a canvas can draw, too: a line through its values, or a band if only
- * the lowest and the highest value of each group of calls are known.
+ * The shape of a signal as SVG path data, which can also be drawn on a canvas: a line through its values, or a band if
+ * only the lowest and the highest value of each group of calls are known.
  *
  * @typedef {object} How
  * @property {boolean} isExact whether each row is a call; otherwise, each pair of rows is a group of calls
- * @property {boolean} isStepped whether a value holds until the next
+ * @property {boolean} isStepped whether each value holds until the next one
  * @property {number} [base] lower edge of the filled area, for Booleans
  *
  * @typedef {(value: number) => number} Place
@@ -71,7 +71,7 @@ function band(times, values, x, y) {
     }
     const [top, bottom] = [fixed(y(Math.max(...pair))), fixed(y(Math.min(...pair)))];
     const left = fixed(x(times[at]));
-    // A group ends where the next one begins.
+    // A group extends to the beginning of the next one.
     const end = Math.min(at + 2, times.length - 1);
     const right = Math.max(fixed(x(times[end])), left);
     const begin = isDown ? "V" : `M${left} `;

@@ -1,6 +1,6 @@
 /**
- * The curves drawn behind the current run: earlier runs in their own colours, and dashed curves of the prediction and
- * of the trial of edited values. Also copies values beside the curves with all digits.
+ * The curves drawn behind the current run: earlier runs in their own colours, and, dashed, the prediction and the trial
+ * of edited values. Also copies displayed values with all digits.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  * @typedef {import("./messages").Curves} View
@@ -15,8 +15,8 @@
  * @property {import("tool/outline.js").How} how
  *
  * @typedef {object} Origin state of the loop before a predicted step
- * @property {number} time of the call with the new setpoint
- * @property {number} processValue NaN to draw the prediction at its computed level
+ * @property {number} time of the call with the new setpoint, in seconds
+ * @property {number} processValue process value before the step; NaN to draw the prediction at its computed level
  * @property {number} manipulatedValue
  */
 
@@ -25,7 +25,7 @@ import { outline } from "tool/outline.js";
 import { roles } from "tool/signals.js";
 import { store } from "tool/store.js";
 
-/** The curves drawn for earlier runs, in the order of their values. @param {Work} loop */
+/** The names of the variables drawn for earlier runs and trials, in the order of their values. @param {Work} loop */
 export function drawnOfEarlier(loop) {
   const { processValue, manipulatedValue } = roles(loop);
   return [processValue, manipulatedValue].filter((name) => name !== undefined);
@@ -50,7 +50,7 @@ export function ofCalls(times, values) {
  * @param {Curve[]} visible
  * @param {{ view: View, colour: number }[]} earlier
  * @param {ReturnType<typeof theme>} [colours]
- * @param {boolean} [isRunOnly] only actual runs, no trial or prediction
+ * @param {boolean} [isRunOnly] whether to omit trial and prediction
  * @returns {Overlay[]}
  */
 export function overlays(loop, visible, earlier, { curves: palette, runs } = theme(), isRunOnly = false) {
@@ -66,7 +66,7 @@ export function overlays(loop, visible, earlier, { curves: palette, runs } = the
       const how = { isExact: view.is_exact, isStepped: curve.isStepped };
       const ink = runs[colour % runs.length];
       const of = { times: view.times, values: ofCalls(view.times, view.values[at] ?? []), dash: [], how };
-      // The manipulated value of a run is drawn in a lighter shade of the run's colour.
+      // The first curve has the run's colour; the manipulated value has a lighter shade of it.
       made.push({ scale: curve.scale, colour: at === 0 ? ink : `${ink}99`, ...of });
     });
   }
@@ -83,7 +83,7 @@ export function overlays(loop, visible, earlier, { curves: palette, runs } = the
   }
   if (!store.prediction) return made;
   const { origin, curves: prediction } = store.prediction;
-  // Align the predicted step with the step of the run; before it, draw only one call.
+  // Align the predicted step with the step of the run, and draw only one call before it.
   const step = Math.max(
     prediction.setpoint.findIndex((value) => value !== prediction.setpoint[0]),
     0,
@@ -110,7 +110,7 @@ export function overlays(loop, visible, earlier, { curves: palette, runs } = the
 }
 
 /**
- * The range of the visible part of overlays on an axis.
+ * The lowest and the highest visible value of the overlays on an axis.
  *
  * @param {Overlay[]} of
  * @param {string} scale
@@ -164,7 +164,7 @@ export function drawOverlays(self, of) {
 }
 
 /**
- * Copies numbers with all their digits, from `data-full`.
+ * Copies selected numbers with all their digits, which are in the attribute `data-full`.
  *
  * @param {ClipboardEvent} event
  */

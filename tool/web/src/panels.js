@@ -1,12 +1,12 @@
 /**
  * The panels around the curves: tabs below them, or beside them on a wide screen, and drawers that open over them. The
- * current tab and the height of the tabs are remembered.
+ * current tab and the height of the tabs are kept in localStorage.
  */
 
 import { attribute, byId, element } from "tool/dom.js";
 import { store } from "tool/store.js";
 
-/** The tabs: panel id and title. The parameters are a tab only on a narrow screen. @type {[string, string][]} */
+/** The tabs: panel id and title. The panel `side` is a tab only on a narrow screen. @type {[string, string][]} */
 const TABS = [
   ["side", "Parameters"],
   ["program", "Program"],
@@ -19,7 +19,7 @@ const TABS = [
   ["done", "Log"],
 ];
 const [FIRST, FIRST_NARROW] = ["plant", "side"];
-/** The drawers: panel id, and id of the button that opens it. @type {Record<string, string>} */
+/** The id of each drawer's panel, and the id of the button that opens it. @type {Record<string, string>} */
 const DRAWERS = { opening: "open-button", compare: "compare-button", takeaway: "away-button", help: "help-button" };
 const [TAB, HEIGHT] = ["plcfmu-tab", "plcfmu-panels"];
 const STEP = 24;
@@ -54,7 +54,7 @@ export function mount() {
   narrow.addEventListener("change", () => showTab(shown));
   store.on("show", (id) => {
     if (id in DRAWERS) return toggleDrawer(id, true);
-    // On a wide screen the parameters are always visible and not a tab.
+    // On a wide screen, the parameters are always visible and are not a tab.
     const isTab = TABS.some(([panel]) => panel === id) && (id !== "side" || narrow.matches);
     if (isTab) showTab(id);
   });
@@ -81,7 +81,7 @@ function showTab(id) {
 }
 
 /**
- * Opens or closes a drawer; at most one is open.
+ * Opens or closes a drawer. At most one drawer is open, apart from the first page.
  *
  * @param {string} id
  * @param {boolean} [isOpen] toggles by default
@@ -102,7 +102,7 @@ export function toggleDrawer(id, isOpen = Boolean(byId(id).hidden)) {
   } else byId(DRAWERS[id]).focus();
 }
 
-/** Closes the open drawer. @returns {boolean} whether one was open */
+/** Closes the open drawer, if any. @returns {boolean} whether one was open */
 export function closeDrawer() {
   const open = Object.keys(DRAWERS).find((id) => !byId(id).hidden && (id !== "opening" || store.loop));
   if (open) toggleDrawer(open, false);
@@ -165,6 +165,6 @@ function keep(key, value) {
   try {
     localStorage.setItem(key, value);
   } catch {
-    // No storage: the value is lost on a reload.
+    // Without storage, the value is lost on a reload.
   }
 }

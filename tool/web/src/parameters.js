@@ -1,9 +1,9 @@
 /**
- * The settings of the current loop in the groups of the vendor's dialog.
+ * The settings of the current loop, grouped as in the vendor's dialog.
  *
- * Edits take effect when they are applied: Enter applies all edits, Esc discards the edit of the field. Invalid text
- * stays in the field with a message, and the value in force is kept. Settings without effect are folded away at the end
- * of their group.
+ * Edits take effect only when they are applied: Enter applies all edits; Esc discards the edit of one field. Invalid
+ * text stays in its field with a message, and the value in force remains. Settings without effect are folded away at
+ * the end of their group.
  *
  * @typedef {import("./store.js").Work} Work
  * @typedef {import("./store.js").Setting} Setting
@@ -28,8 +28,8 @@ import { isBoolean, isTime, number, plcTime, read, rounded, shown } from "tool/v
  * @property {HTMLElement} tag
  * @property {HTMLElement} grey
  * @property {HTMLElement} remark
- * @property {HTMLElement} group container for rows of its group that have an effect
- * @property {HTMLElement} folded container for rows of its group that have none
+ * @property {HTMLElement} group container for the rows in its group whose settings have an effect
+ * @property {HTMLElement} folded container for the other rows in its group
  */
 
 /** @type {Map<string, Row>} */
@@ -40,10 +40,10 @@ let rows = new Map();
  * @type {{ box: HTMLElement, used: HTMLElement, fold: HTMLDetailsElement, folded: HTMLElement, summary: HTMLElement, names: string[] }[]}
  */
 let groups = [];
-/** The groups unfolded by the user, by block. @type {Set<string>} */
+/** The groups unfolded by the user, as FMU and title. @type {Set<string>} */
 const unfolded = new Set();
 
-/** The controller structures with the positions of their P, I and D switches. @type {[string, string][]} */
+/** The controller structures, each with the values of the P, I and D switches. @type {[string, string][]} */
 const STRUCTURES = [
   ["P", "100"],
   ["PI", "110"],
@@ -155,7 +155,7 @@ function build(list) {
     const box = element(
       "section.group",
       { "aria-labelledby": id },
-      // In a program, inputs set by the user are listed above; these are connected to the plant.
+      // A program's unconnected inputs are listed above, so this group contains only connected ones.
       element("h3", { id }, programOf(loop) && group.title === "Inputs" ? "Connected inputs" : group.title),
       used,
       fold,
@@ -170,7 +170,7 @@ function build(list) {
   showStructure();
 }
 
-/** Hides groups whose inputs all take effect immediately: they have nothing to edit. */
+/** Hides groups in which all inputs take effect immediately: they contain nothing to edit. */
 function showGroups() {
   for (const { box, names } of groups) box.hidden = names.every((name) => actingNames.has(name));
 }
@@ -178,14 +178,14 @@ function showGroups() {
 /** The inputs that take effect immediately and therefore have no field here. @type {Set<string>} */
 let actingNames = new Set();
 
-/** Updates these inputs, which depend on the connections. */
+/** Updates `actingNames`, which depends on the connections. */
 function findActing() {
   actingNames = new Set(store.loop ? actingInputs(store.loop).map(({ name }) => name) : []);
 }
 
 /**
- * The groups in order of use: the setpoint, then the tuning settings, so that they are visible even below a list of
- * loops, then the rest.
+ * The groups in order of use: first those with the setpoint, then those with tuning settings, so that these are visible
+ * even below a list of loops, then the rest.
  *
  * @param {import("./messages").Description} description
  */
@@ -199,7 +199,7 @@ function inOrder({ groups, roles }) {
   return groups.toSorted((one, other) => rank(one) - rank(other));
 }
 
-/** Moves each row to its place: among the settings with an effect, or into the fold. */
+/** Moves each row to its place: among the settings with an effect, or into the fold of its group. */
 function place() {
   const loop = store.loop;
   if (!loop) return;
@@ -278,7 +278,7 @@ function makeRow(loop, name, group, folded) {
     else store.edit({ [name]: typed.value }, isGoingOn);
     isGoingOn = true;
   });
-  // When the field loses focus, a valid value is shown as the block holds it.
+  // When the field loses focus, a valid value is rewritten in its standard form.
   input.addEventListener("blur", () => {
     showField(name);
     place();
@@ -316,13 +316,13 @@ function makeRow(loop, name, group, folded) {
   return { row, input, tag, grey, remark, group, folded };
 }
 
-/** Whether some part of a name is too long to fit beside its field. @param {string} name */
+/** Whether a part of a name, between dots, is too long to fit beside the field. @param {string} name */
 function isLong(name) {
   return name.split(".").some((part) => part.length > 11);
 }
 
 /**
- * A name that can wrap after a dot: settings of inner blocks have long names.
+ * A name with possible line breaks after its dots, since settings of inner blocks have long names.
  *
  * @param {string} name
  */
@@ -339,7 +339,7 @@ async function keys(event, name, input) {
   const row = rows.get(name);
   if (event.key === "Enter") {
     event.preventDefault();
-    // Edits in other fields are applied as well, so that the run uses the visible values.
+    // Apply the edits in other fields, too, so that the run uses the visible values.
     await store.send();
     const setting = store.loop?.settings[name];
     if (setting && !isEdited(setting)) showField(name, true);
@@ -373,9 +373,9 @@ function showField(name, isForced = false) {
   const value = wire ? (runValue(loop, name) ?? setting.value) : setting.value;
   if (isBoolean(kind)) row.input.checked = Boolean(value);
   else if (isForced || document.activeElement !== row.input || setting.wrong === undefined) {
-    // A value set by the plant cannot be edited, so it is rounded to fit.
+    // The value of a connected input cannot be edited, so it may be rounded to fit.
     const written = setting.wrong ?? (wire ? rounded(value, kind) : shown(value, kind));
-    // Leave text unchanged while it is being typed.
+    // Do not rewrite text while it is being typed, if it means the same value.
     const typed = read(row.input.value, setting.variable);
     const isSame = "value" in typed && shown(typed.value, kind) === written;
     const isTyping = document.activeElement === row.input && isSame && !isForced;
@@ -436,7 +436,7 @@ function greyOf(loop, setting, value, wire) {
 }
 
 /**
- * Whether a setting is one of the three switches that the list of structures replaces.
+ * Whether a setting is one of the three switches for P, I and D, which the list of structures replaces.
  *
  * @param {Work} loop
  * @param {string} name
@@ -447,7 +447,7 @@ function isOfStructure(loop, name) {
 }
 
 /**
- * P, PI, PD or PID, if the block has the three switches.
+ * The structure selected in the fields, such as PI; `undefined` if the block does not have the three switches.
  *
  * @param {Work} loop
  */
@@ -459,7 +459,7 @@ function structureOf(loop) {
 }
 
 /**
- * Whether the structure determines which of these settings have an effect.
+ * Whether the structure decides if one of these settings has an effect.
  *
  * @param {Work} loop
  * @param {string[]} names
@@ -510,7 +510,7 @@ function makeStructure(loop) {
   return row;
 }
 
-/** Shows the structure selected by the three switches. */
+/** Shows the structure that the three switches select. */
 function showStructure() {
   const loop = store.loop;
   const select = document.getElementById("structure");

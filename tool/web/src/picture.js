@@ -7,13 +7,15 @@ import { bringUpToDate, shownPicture } from "tool/curves.js";
 import { outline } from "tool/outline.js";
 import { store } from "tool/store.js";
 
-/** A report is narrow, so its pictures are smaller: they are scaled down less, and their text stays legible. */
+/** The sizes of pictures. Those for a report are smaller: a report is narrow, so they are scaled down less, and their
+ * text stays legible. */
 const SIZES = { alone: [1200, 640], report: [800, 560] };
 const MARGINS = { left: 76, right: 76, top: 146, bottom: 48 };
 /** The number of PNG pixels per pixel of the picture. */
 const SCALE = 2;
 const LANE = 0.68;
-/** The rows of labels at the marks, their spacing, the width of a letter, and room for the count of omitted labels. */
+/** The number of rows for the labels of marks, their spacing, the width of a letter, and the space for the count of
+ * omitted labels. */
 const [ROWS, LINE, LETTER, MORE] = [3, 15, 7.2, 26];
 
 /** @param {unknown} text */
@@ -22,9 +24,9 @@ function escaped(text) {
 }
 
 /**
- * The picture as SVG, in the colours of a light page.
+ * The picture as SVG, in the colours for white paper.
  *
- * @param {{ isReport?: boolean, date?: Date }} [how] a picture for a report contains only actual runs
+ * @param {{ isReport?: boolean, date?: Date }} [how] in a report, the picture omits trial and prediction
  * @returns {Promise<string | undefined>} `undefined` if there is no run
  */
 export async function svgPicture({ isReport = false, date = new Date() } = {}) {
@@ -145,7 +147,8 @@ export async function svgPicture({ isReport = false, date = new Date() } = {}) {
 }
 
 /**
- * Places the labels of marks in rows without overlap. Labels without room are counted at the label before them.
+ * Places the labels of marks in rows, so that they do not overlap. Labels for which there is no space are counted at
+ * the label before them.
  *
  * @param {{ time: number, text: string }[]} marks ascending
  * @param {(time: number) => number} x
@@ -169,7 +172,7 @@ function placed(marks, x, width) {
 }
 
 /**
- * The stretches in which a Boolean keeps its value.
+ * The periods in which a Boolean keeps its value.
  *
  * @param {number[]} times
  * @param {(number | null)[]} values

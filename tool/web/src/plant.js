@@ -1,5 +1,6 @@
 /**
- * The plant of a loop: its choice, its settings, its connections, and the measuring chain between plant and controller.
+ * The panel for the plant of a loop: the choice of a plant, its settings and connections, and the measuring chain
+ * between plant and controller.
  *
  * @typedef {import("./messages").Description} Description
  * @typedef {import("./messages").Member} Member
@@ -17,7 +18,7 @@ import { called, isSwitch, unitText } from "tool/signals.js";
 import { isSettable, split, store, valuesOf } from "tool/store.js";
 import { plcTime, read, shown } from "tool/values.js";
 
-/** The plant offered first, and the usual names of its three parameters. */
+/** The generic plant, which is offered first, and its three main parameters with their usual names. */
 const GENERIC = "PROCESS";
 const THREE_NUMBERS = /** @type {[string, string][]} */ ([
   ["GAIN", "Gain"],
@@ -26,7 +27,7 @@ const THREE_NUMBERS = /** @type {[string, string][]} */ ([
 ]);
 const DEAD_TIME = "DEAD_TM";
 const ROOM = "DEAD_MAX";
-/** The measuring chain, and the two parameters that activate it. */
+/** The measuring chain: its FMU, its input and output, and the two parameters that make it alter the value. */
 export const CHAIN = { fmu: "SENSOR", from: "U", to: "Y", noise: "NOISE", steps: "STEPS" };
 const PLANT = "PLANT";
 const SENSOR = "SENSOR";
@@ -37,13 +38,13 @@ const EXCHANGES = {
 
 /** @type {HTMLElement} */
 let body;
-/** The proposed and possible connections, by loop. @type {Map<number, Proposal>} */
+/** The proposals for connections, by the id of the loop. @type {Map<number, Proposal>} */
 const proposals = new Map();
-/** The last text typed for each parameter of the generic plant. @type {Record<string, string>} */
+/** The last text typed for each parameter of the generic plant, by name. @type {Record<string, string>} */
 const typed = {};
-/** The number of the latest drawing: older ones are abandoned. */
+/** The number of the latest attempt to draw the panel: older attempts are abandoned. */
 let drawings = 0;
-/** The state shown in the panel, which is redrawn only if it changes. */
+/** Identifies the state shown in the panel, which is redrawn only if that state changes. */
 let drawn = "";
 
 /** @param {HTMLElement} content */
@@ -63,7 +64,7 @@ export function mount(content) {
 }
 
 /**
- * The plant of a loop.
+ * The plant of a loop: the first member other than the measuring chain.
  *
  * @param {Work | undefined} loop
  */
@@ -81,8 +82,8 @@ export function sensorOf(loop) {
 }
 
 /**
- * The inputs through which a user can disturb the loop, such as `PLANT.DOOR`, with their current values; the plant's
- * inputs come first.
+ * The unconnected inputs through which a user can disturb the loop, such as `PLANT.DOOR`, with their current values.
+ * The controller's own come last.
  *
  * @param {Work} loop
  * @returns {Promise<{ name: string, variable: Variable, value: Value }[]>}
@@ -90,7 +91,7 @@ export function sensorOf(loop) {
 export async function disturbances(loop) {
   const found = [];
   const state = store.isLive() ? store.state : undefined;
-  // Values set after the last call are not in the run's values yet.
+  // Values set after the last call are not yet among the run's values.
   const { events } = state ? await ask({ do: "events" }) : { events: [] };
   const sent = events.filter(({ call, act = "set" }) => state && call >= state.calls && act === "set");
   const acting = { ...state?.values, ...Object.fromEntries(sent.map(({ variable: name, value }) => [name, value])) };
@@ -110,7 +111,7 @@ export async function disturbances(loop) {
 }
 
 /**
- * Connects a plant as proposed. An existing run continues with it.
+ * Connects a plant as proposed by the engine. An existing run continues with it.
  *
  * @param {string} fmu
  * @param {import("./messages").Values} [values]
@@ -204,7 +205,7 @@ async function throughSensor(loop, plant, members, wires) {
   const sensor = {
     name: SENSOR,
     fmu: CHAIN.fmu,
-    // By default, a new chain passes the value unchanged.
+    // A new chain passes the value unchanged.
     values: sensorOf(loop)?.values ?? { [CHAIN.noise]: 0, [CHAIN.steps]: 0 },
   };
   setCycle(loop, sensor, description);
@@ -215,10 +216,10 @@ async function throughSensor(loop, plant, members, wires) {
 }
 
 /**
- * Provides room for a dead time in the plant's memory, which is fixed at the start.
+ * Enlarges the plant's memory for its dead time if necessary. The size of this memory is fixed when a run starts.
  *
  * @param {Description} description
- * @param {import("./messages").Values} values values to set; the room is added
+ * @param {import("./messages").Values} values values to set, to which the size of the memory is added
  * @param {import("./messages").Values} [before]
  */
 function withRoom(description, values, before = {}) {
@@ -228,7 +229,7 @@ function withRoom(description, values, before = {}) {
 }
 
 /**
- * Gives the plant the cycle of the controller.
+ * Sets a member's cycle to that of the controller.
  *
  * @param {Work} loop
  * @param {Member} member
@@ -239,7 +240,7 @@ function setCycle(loop, member, description) {
   if (cycle && description.cycle) member.values = { ...member.values, [description.cycle]: cycle };
 }
 
-/** Updates the members' cycle if the controller's has changed. @param {string[]} names */
+/** Updates the members' cycles if the controller's cycle is among the changed settings. @param {string[]} names */
 async function keepCycle(names) {
   const loop = store.loop;
   if (!loop?.description.cycle || !names.includes(loop.description.cycle)) return;
@@ -406,7 +407,7 @@ async function sentences(loop, plant) {
   }
   const possible = [...proposal.connections, ...proposal.others];
   const sensor = sensorOf(loop);
-  // State a reason common to all only once.
+  // If all connections have the same reason, state it only once.
   const reasons = new Set(proposal.connections.map((wire) => wire.reason));
   const common = reasons.size === 1 && proposal.connections.length > 1 ? [...reasons][0] : undefined;
   const inputs = [...new Set([...loop.connections.map(([, to]) => to), ...possible.map(({ to }) => to)])];

@@ -1,6 +1,6 @@
 /**
- * The picture of a run, drawn with uPlot: curves with one axis per unit, Booleans in lanes below them on the same time
- * axis, overlays behind them, and marks for events.
+ * Draws a run with uPlot: curves with one axis per unit, Booleans in lanes below them on the same time axis, overlays
+ * behind them, and marks for events.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  * @typedef {import("tool/overlay.js").Overlay} Overlay
@@ -9,7 +9,7 @@
  * @property {number} time
  * @property {string} text
  *
- * @typedef {object} Parts data that are queried each time the picture is drawn
+ * @typedef {object} Parts data that is queried each time the picture is drawn
  * @property {() => [number, number]} range time range
  * @property {() => boolean} isEmpty whether there is no value yet
  * @property {() => boolean} isExact
@@ -24,14 +24,14 @@ import { drawOverlays, extent } from "tool/overlay.js";
 
 const LANE = 18;
 const ROOM = 4;
-/** The minimum margin on the right, for half of the last time label. */
+/** The margin on the right if there is no axis: space for half of the last time label. */
 const MARGIN = 20;
 const [TOP, BOTTOM] = [18, 36];
 const NARROW = 620;
-/** The minimum spacing of grid lines. */
+/** The minimum spacing of grid lines, in pixels. */
 const SPACE = 36;
 
-/** The fraction of its row that a lane occupies. */
+/** The height of a Boolean's TRUE, as a fraction of its lane. */
 const FULL = 0.68;
 
 /**
@@ -43,10 +43,10 @@ const FULL = 0.68;
 export function makePlot(place, { width, height }, all, parts) {
   const { curves: palette, grid } = theme();
   const units = [...new Set(all.flatMap(({ scale, isSwitch }) => (isSwitch || scale === "left" ? [] : [scale])))];
-  // A narrow picture has room for one right axis, preferably for the manipulated value.
+  // A narrow picture has space for one axis on the right, preferably that of the manipulated value.
   const first = units.includes("right") ? "right" : units[0];
   const right = units.filter((scale) => scale === first || width >= NARROW);
-  // A curve whose axis has no room uses the left one.
+  // A curve whose axis does not fit uses the left axis.
   const curves = all.map((curve) =>
     units.includes(curve.scale) && !right.includes(curve.scale) ? { ...curve, scale: "left" } : curve,
   );
@@ -54,18 +54,18 @@ export function makePlot(place, { width, height }, all, parts) {
   const switches = curves.filter((curve) => curve.isSwitch);
   const inner = height - TOP - BOTTOM;
   const lanes = switches.length > 0 ? switches.length * LANE + ROOM : 0;
-  // The curves stay above the lanes.
+  // Extend each axis downwards, so that the curves stay above the lanes.
   const below = lanes / Math.max(inner - lanes, 1);
-  /** The lowest value of each axis above the lanes. @type {Record<string, number>} */
+  /** The value on each axis at the upper edge of the lanes. @type {Record<string, number>} */
   const floors = {};
   /**
-   * The numbers on each axis; those on the right are at the grid lines of the left.
+   * The numbers on each axis. Those of the right axes are at the grid lines of the left axis.
    *
    * @type {Record<string, number[]>}
    */
   const lines = {};
   const scales = [...new Set(["left", ...numbers.map((curve) => curve.scale)])];
-  /** The range of the left axis above the lanes. @type {[number, number]} */
+  /** The range of the left axis, without the lanes. @type {[number, number]} */
   let edges = [0, 1];
   /** @type {number[][]} */
   let choices = [];
@@ -90,7 +90,7 @@ export function makePlot(place, { width, height }, all, parts) {
   };
   /** @param {string} scale */
   const isPercent = (scale) => numbers.find((curve) => curve.scale === scale)?.unit === "%";
-  /** The highest number on each axis: a percent axis shows none above 100. @type {Record<string, number>} */
+  /** The highest number shown on each axis: 100 on a percent axis. @type {Record<string, number>} */
   const ends = {};
   /** @param {string} scale */
   const aboveLanes = (scale) => (/** @type {uPlot} */ _, /** @type {number[]} */ splits) =>
@@ -103,7 +103,7 @@ export function makePlot(place, { width, height }, all, parts) {
       ...{ scale, side, label: axisLabel(numbers, scale), filter, ticks: { show: false, filter } },
       grid: { show: isLeft, stroke: grid, width: 1, filter },
       splits: () => lines[scale] ?? [],
-      // Without values, any number would be a guess.
+      // While there are no values, the numbers would be meaningless.
       values: (_, splits) => (parts.isEmpty() ? splits.map(() => "") : ticks(splits)),
       size: (_, values) => {
         const names = isLeft ? switches.map((curve) => lastName(curve).length) : [];
@@ -164,7 +164,7 @@ export function makePlot(place, { width, height }, all, parts) {
 }
 
 /**
- * The values of a Boolean as drawn in its lane.
+ * The values of a Boolean on the scale of the lanes.
  *
  * @param {(number | null)[]} values
  * @param {number} base
@@ -188,7 +188,7 @@ function axisLabel(numbers, scale) {
 }
 
 /**
- * Draws the names of the lanes in line with the numbers of the left axis.
+ * Draws the names of the lanes, aligned with the numbers of the left axis.
  *
  * @param {uPlot} self
  * @param {Curve[]} switches
@@ -213,7 +213,7 @@ function drawNames(self, switches, base) {
 }
 
 /**
- * Draws the events: a line at each time, and text at the top where there is room.
+ * Draws the events: a line at each time, with its text at the top where it fits.
  *
  * @param {uPlot} self
  * @param {Mark[]} marks
@@ -247,7 +247,7 @@ function drawMarks(self, marks) {
     ctx.lineTo(x, bbox.top);
     ctx.fill();
     const wide = ctx.measureText(text).width;
-    // The text must not reach the next mark, unless that is at nearly the same place.
+    // The text must not reach the next mark. A mark at nearly the same place does not count.
     const next = places.find((other) => other > x + 8 * ratio);
     const end = next === undefined ? bbox.left + bbox.width : next - 4 * ratio;
     if (x + 6 * ratio < free || x + 6 * ratio + wide > end) continue;
@@ -257,7 +257,7 @@ function drawMarks(self, marks) {
   ctx.restore();
 }
 
-/** The name of a lane, without the path of inner blocks. @param {Curve} curve */
+/** The name of a lane: without the path of inner blocks, and shortened. @param {Curve} curve */
 function lastName(curve) {
   const name = curve.label.slice(curve.label.lastIndexOf(".") + 1);
   return name.length > 10 ? `${name.slice(0, 9)}…` : name;

@@ -1,6 +1,6 @@
 /**
- * PLC programs: the engine translates dropped sources and adds the program to its catalogue; it then runs as a loop. A
- * rejected program is kept so that its problems can be shown at their lines.
+ * PLC programs: the engine translates dropped sources and adds the program to its catalogue; the program then runs as
+ * the controller of a loop. A rejected program is kept to show its problems at their lines.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Program} Program
@@ -14,22 +14,22 @@ import { isSettable, store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
 import { unzippedAll } from "tool/zip.js";
 
-/** Program files, including tag tables. */
+/** Names of program files, including tag tables. */
 const SOURCE = /\.(scl|udt|db|xml|s7dcl|s7res|xlsx|sdf)$/i;
-/** In a project folder, an AWL file is a source, too; on its own it is a parameter file. */
+/** In a project folder, an AWL file is also a source; on its own, it is a parameter file. */
 const OF_PROJECT = /\.(scl|udt|db|awl|xml|s7dcl|s7res|xlsx|sdf)$/i;
-/** Distinguishes a source with code from pure data, which may be a parameter file. */
+/** Text found only in sources with code. Other files may be parameter files. */
 const CODE = /^[ \t\ufeff]*(FUNCTION_BLOCK|ORGANIZATION_BLOCK|FUNCTION)\b|<SW\.Blocks\.(FB|FC|OB)\b/im;
-/** The parts of a workbook that hold its tables. */
+/** The paths of the parts of a workbook that contain its tables. */
 const WORKBOOK = /^xl\/.*\.(xml|rels)$/;
 const LARGEST = 16_000_000;
 /** The maximum number of sources listed as the origin of a loop. */
 const MOST_NAMED = 4;
-/** The maximum number of curves that the picture has room for, numbers and Booleans. */
+/** The maximum numbers of curves that are shown initially: of numbers and of Booleans. */
 const [MOST_NUMBERS, MOST_SWITCHES] = [4, 8];
 
 /**
- * The translated programs, by name in the catalogue, in order of arrival.
+ * The translated programs by their names in the catalogue, in the order of translation.
  *
  * @type {Map<string, { program: Program, compiled: Compiled }>}
  */
@@ -58,7 +58,7 @@ export function programOf(loop) {
   return loop && known.get(loop.description.name);
 }
 
-/** All programs, for a reload: retranslated in this order, they get the same names. */
+/** All programs, for restoring after a reload: if they are retranslated in this order, they get the same names. */
 export function programs() {
   return [...known.values()].map(({ program }) => program);
 }
@@ -73,10 +73,10 @@ export async function sourcesAmong(files) {
   for (const file of files.filter(({ name }) => SOURCE.test(name))) {
     if (file.size > LARGEST) continue;
     const bytes = new Uint8Array(await file.arrayBuffer());
-    // In UTF-16, every other byte is a NUL.
+    // Remove the NUL bytes that UTF-16 has between the letters.
     const text = new TextDecoder("latin1").decode(bytes).replaceAll("\0", "");
     if (!CODE.test(text)) continue;
-    // Ignore other kinds of files in a project folder.
+    // Other files are ignored if they are in a project folder.
     const isPart = (/** @type {File} */ one) => (pathOf(one) === undefined ? SOURCE : OF_PROJECT).test(one.name);
     return [files.filter(isPart), files.filter((one) => !isPart(one) && pathOf(one) === undefined)];
   }
@@ -84,7 +84,7 @@ export async function sourcesAmong(files) {
 }
 
 /**
- * Files in the form that the engine accepts.
+ * Reads files into the form that the engine accepts: Base64, and workbooks unpacked.
  *
  * @param {File[]} files
  */
@@ -117,14 +117,14 @@ export async function openProgram(files) {
     (/** @type {SourceFile[]} */ all) =>
     (/** @type {SourceFile} */ { file }) =>
       all.some((one) => one.file === file);
-  // Reopened sources belong to the loop that already has them, and keep its options and its other sources. A folder may
-  // have new sources.
+  // Reopened sources belong to the loop that already has all of them; its options and its other sources are kept. A
+  // reopened folder may also contain new sources.
   const before = store.loops.find((loop) => {
     const files = programOf(loop)?.program.files ?? [];
     return files.length > 0 && (sources.every(isIn(files)) || (isFolder && files.every(isIn(sources))));
   });
   const earlier = programOf(before)?.program;
-  // Keep the cycle that was set for the loop.
+  // Keep the cycle that the user has set for the loop.
   const cycle = before?.settings[before.description.cycle ?? ""];
   const own = cycle && cycle.sent !== cycle.start ? { cycle: Number(cycle.sent) } : {};
   const others = earlier?.files.map((one) => sources.find(({ file }) => file === one.file) ?? one) ?? [];
@@ -134,13 +134,13 @@ export async function openProgram(files) {
   return loop;
 }
 
-/** The program from which an FMU in the catalogue was translated, if it was opened here. @param {string} fmu */
+/** The program that has this name in the catalogue, if it was opened here. @param {string} fmu */
 export function programNamed(fmu) {
   return known.get(fmu);
 }
 
 /**
- * Translates a program and shows it, as a new loop or in place of a loop's program.
+ * Translates a program and shows it, in a new loop or in place of a loop's program.
  *
  * @param {Program} program
  * @param {Work} [loop]
@@ -162,7 +162,7 @@ export async function translate(program, loop) {
 }
 
 /**
- * Translates a program; if it is accepted, it is added to the catalogue.
+ * Translates a program. If it is accepted, it is added to the catalogue.
  *
  * @param {Program} program
  * @returns {Promise<Compiled>}
@@ -192,7 +192,7 @@ async function opened(compiled) {
 }
 
 /**
- * Adds curves for outputs that are not part of a control loop.
+ * Shows curves for the program's outputs other than the setpoint, the process value and the manipulated value.
  *
  * @param {Work} loop
  */
@@ -216,8 +216,8 @@ function freeName(block) {
 }
 
 /**
- * Replaces the program of a loop: values, plant, connections and runs are kept if the new program still has the
- * variables.
+ * Replaces the program of a loop. Plant and runs are kept, and so are values and connections whose variables the new
+ * program still has.
  *
  * @param {Work} before
  * @param {string} fmu
@@ -231,7 +231,7 @@ async function replaced(before, fmu) {
   const loop = await store.add(before.name, fmu, undefined, before.file);
   for (const [name, setting] of Object.entries(loop.settings)) {
     const old = before.settings[name];
-    // The cycle comes from the translation.
+    // The cycle was already set by the translation.
     if (!old || old.variable.kind !== setting.variable.kind || name === loop.description.cycle) continue;
     const isChanged = old.sent !== old.start;
     if (isChanged) setting.sent = setting.value = old.sent;
@@ -252,25 +252,25 @@ async function replaced(before, fmu) {
   store.show(loop);
   store.emit("loop");
   store.emit("plant");
-  // Update fields that were drawn with the start values.
+  // Update the fields, which were drawn with the start values.
   store.emit("settings", Object.keys(loop.settings));
   store.say(`${loop.name} has the changed program. The next run starts with it; earlier runs are kept for comparison.`);
   return loop;
 }
 
 /**
- * The variables of a loop's program by their paths in the sources, where case does not matter.
+ * The variables of a loop's program by their paths in the sources, in capitals.
  *
  * @param {Work} loop
  */
 export function byPath(loop) {
-  // A name that is not an identifier is quoted with apostrophes.
+  // In a variable's name, a part that is not an identifier is enclosed in apostrophes.
   const plain = (/** @type {string} */ name) => name.replaceAll("'", "").toUpperCase();
   return new Map(loop.description.variables.map((one) => [plain(one.name), one]));
 }
 
 /**
- * The unconnected inputs of a loop's program, which the user sets.
+ * The unconnected inputs of a loop's program, which the user can set.
  *
  * @param {Work} loop
  */

@@ -1,5 +1,5 @@
 /**
- * The example program on the first page: an oven with a start button, a ramp and a trip, and a block as its controller.
+ * The example program on the first page: an oven with a start button, a ramp and a trip, controlled by a CONT_C.
  */
 
 import { toBase64 } from "tool/engine.js";
@@ -83,7 +83,7 @@ BEGIN
 END_FUNCTION_BLOCK
 `;
 
-/** Opens the program with its plant and runs it. */
+/** Opens the program with its plant and runs it with the events. */
 export async function openExample() {
   const program = { files: [{ file: FILE, content: toBase64(new TextEncoder().encode(SOURCE)) }] };
   const loop = await translate(/** @type {import("./messages").Program} */ (program));

@@ -1,6 +1,6 @@
 /**
- * The translation options of a program: the call interval, the block to run, the CPU, tags and constants that no source
- * declares, and the variables that become inputs, outputs or parameters.
+ * The form with the translation options of a program: call interval, block to run, CPU, tags and constants that no
+ * source declares, and variables that become inputs, outputs or parameters.
  *
  * @typedef {import("./messages").Program} Program
  * @typedef {import("./messages").Compiled} Compiled
@@ -10,19 +10,21 @@ import { choice, element, text } from "tool/dom.js";
 import { read } from "tool/values.js";
 
 const CPUS = ["300", "1200", "1500"];
-/** Lists of names: key, title, purpose. @type {["inputs" | "outputs" | "parameters", string, string][]} */
+/** The options that are lists of names: key, title, purpose. @type {["inputs" | "outputs" | "parameters", string,
+ * string][]} */
 const LISTS = [
   ["inputs", "Inputs", "Settings or data block members that become inputs"],
   ["outputs", "Outputs", "Locals or data block members that become outputs"],
   ["parameters", "Parameters", "Inputs that become parameters"],
 ];
-/** Names with a value: key, title, example, separator. @type {["tags" | "constants", string, string, string][]} */
+/** The options that are pairs of a name and a value: key, title, example, separator. @type {["tags" | "constants",
+ * string, string, string][]} */
 const PAIRS = [
   ["tags", "Tags and instances that no source declares, one per line", "Start : Bool", ":"],
   ["constants", "Constants that no source declares, one per line", "MAX = 5", "="],
 ];
 
-/** Whether the options are open: they stay open when the program is redrawn. */
+/** Whether the options are open; kept for when the program is redrawn. */
 let isOpen = false;
 
 /**

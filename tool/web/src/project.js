@@ -1,6 +1,6 @@
 /**
- * A project: the contents of its files as a table, and the assumptions about names that no file declares as a list that
- * the user confirms or edits.
+ * A project: a table of what its files contain, and a list of assumptions about undeclared names, which the user edits
+ * and accepts.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Program} Program
@@ -10,10 +10,10 @@ import { element } from "tool/dom.js";
 import { fromBase64, toBase64 } from "tool/engine.js";
 import { store } from "tool/store.js";
 
-/** The source with the assumptions. */
+/** The name of the source that contains the accepted assumptions. */
 const ASSUMED = "assumed.scl";
 
-/** The contents of the files; `null` for a single source without assumptions. @param {Compiled} compiled */
+/** A table of what the files contain; `null` for a single source without assumptions. @param {Compiled} compiled */
 export function surveyTable({ survey, sources, fmu, assumptions }) {
   const count = sources.filter(({ file }) => !/\.s7res$/i.test(file)).length;
   if (survey.length === 0 || (count < 2 && assumptions.length === 0)) return null;
@@ -29,7 +29,7 @@ export function surveyTable({ survey, sources, fmu, assumptions }) {
 }
 
 /**
- * The list of proposed or accepted assumptions.
+ * The list of proposed assumptions or, if there are none, the accepted ones; `null` without either.
  *
  * @param {Program} program
  * @param {Compiled} compiled

@@ -10,8 +10,8 @@ import { store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
 /**
- * A row that stores a model for heating and one for cooling, and computes the ratio from both. `null` for a block
- * without a ratio.
+ * A row in which the user stores a model for heating and one for cooling; the ratio is computed from both. `null` for a
+ * block without a setting for the ratio.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {{ heating: Model | undefined, cooling: Model | undefined }} kept

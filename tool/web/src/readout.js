@@ -1,10 +1,10 @@
 /**
- * The values above the curves, current or at the cursor. Each name is a button that hides its curve.
+ * The values above the curves: current, or at the cursor. Each name is a button that hides or shows its curve.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  *
  * @typedef {object} Shown the displayed value of a curve
- * @property {string} text with as many digits as there is room for
+ * @property {string} text with a limited number of digits
  * @property {string} full with all digits
  */
 

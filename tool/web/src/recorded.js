@@ -1,6 +1,6 @@
 /**
- * The first 150 s of the live loop on the first page, as computed by the engine: every third call from call 2 onward.
- * Shown until the engine is ready. A test compares it with the engine.
+ * The first 150 s of the live loop on the first page, as computed by the engine: every third call, beginning with call
+ * 2. They are shown until the engine is ready. A test compares them with the engine.
  */
 
 export const EVERY = 3;

@@ -1,5 +1,5 @@
 /**
- * Reopens files passed to the command whenever one is saved; inputs, forced variables and layout are kept.
+ * Reopens the files passed to the command whenever one of them changes; inputs, forced variables and layout are kept.
  */
 
 import { given, whereIsTheEngine } from "tool/engine.js";
@@ -9,7 +9,7 @@ import { store } from "tool/store.js";
 /** The polling interval, in milliseconds. */
 const PAUSE = 1000;
 
-/** The version of the open files. */
+/** The hash of the files as opened. */
 let hash = "";
 
 /** Starts watching the files. */
@@ -24,7 +24,7 @@ export async function watchFiles() {
         await open(changed.files);
       }
     } catch {
-      // The server has ended: the next request to the engine reports it.
+      // The server is gone, which the next request to the engine reports: stop watching.
       return;
     }
     setTimeout(look, PAUSE);

@@ -1,5 +1,5 @@
 /**
- * Repeats a run from its setup and its events: after a reload, from a link, or with other settings.
+ * Repeats a run from its setup and its events: after a reload, from a link, or for a loop opened from a description.
  *
  * @typedef {object} Made
  * @property {import("./messages").Setup} setup
@@ -10,7 +10,7 @@
 import { ask } from "tool/engine.js";
 import { store } from "tool/store.js";
 
-/** The number of calls per request; between requests, the page responds to the user. */
+/** The number of calls per request. Between requests, the page can respond to the user. */
 const CHUNK = 5000;
 
 /**

@@ -1,6 +1,6 @@
 /**
- * Replays a recording from the plant through the block: does it compute the same values as the block in the PLC, and
- * if not, why?
+ * Replays a recording from a plant through the block, to find out whether it computes the same values as the block in
+ * the PLC, and if not, why.
  *
  * @typedef {import("./messages").Replayed} Replayed
  * @typedef {import("./csv.js").Recording} Recording
@@ -15,12 +15,12 @@ import { manualSwitch, unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
 import { rounded, shown } from "tool/values.js";
 
-/** The maximum number of columns listed, so that the verdict below stays visible. */
+/** The maximum number of columns named in the summary, so that the verdict below stays visible. */
 const MOST_NAMED = 6;
 /** @type {Recording | undefined} */
 let recorded;
 /**
- * The user's assignment of columns to variables; `undefined` while the engine decides.
+ * The columns and their variables as assigned by the user; `undefined` until then, so that the engine assigns them.
  *
  * @type {[string, string][] | undefined}
  */
@@ -35,26 +35,26 @@ let mapping;
 /** @type {HTMLElement} */
 let result;
 /**
- * The curves of the replay, shown in place of the run's curves while the tab is open: below the table they would be out
- * of sight.
+ * The curves of the replay, shown in place of the run's curves while the tab is open: below the table, they would be
+ * out of sight.
  *
  * @type {HTMLElement}
  */
 let stage;
-/** Draws the chosen output; `undefined` if there is no result. @type {(() => void) | undefined} */
+/** Draws the curves of the chosen output; `undefined` if there is no result. @type {(() => void) | undefined} */
 let drawCurve;
 /** @type {() => void} */
 let endChart = () => {};
-/** The note that the settings have changed since the replay. @type {HTMLElement} */
+/** A note that is shown if the settings have changed since the replay. @type {HTMLElement} */
 let stale;
-/** The settings of the result as text: all relevant settings, and the controller settings as displayed. */
+/** The settings used for the displayed result: all except stimuli, as JSON; and the controller's, as displayed. */
 let replayedWith = "";
 let shownWith = "";
-/** The height around the chart on its stage, in pixels. */
+/** The height of everything on the stage except the chart, in pixels. */
 const AROUND = 96;
 /** Cancels the replay in progress. */
 let running = new AbortController();
-/** The maximum number of replays in a report; each uses the values found by the previous one. */
+/** The maximum number of replays in a report: each uses the values that the previous one found. */
 const MOST_REPORTED = 4;
 
 /** @param {HTMLElement} content */
@@ -79,7 +79,7 @@ function showStage() {
   if (!stage.hidden) drawCurve?.();
 }
 
-/** The settings for a replay: all except stimuli. */
+/** The values in the fields of all settings except stimuli, as JSON. */
 function settingsInFields() {
   const loop = store.loop;
   if (!loop) return "";
@@ -93,7 +93,7 @@ function showStale() {
   result.classList.toggle("is-former", !stale.hidden);
 }
 
-/** Removes the curves. */
+/** Removes the curves of the replay. */
 function endStage() {
   endChart();
   drawCurve = undefined;
@@ -154,7 +154,8 @@ function toleranceField() {
   return element("label", "equal within ", input);
 }
 
-/** @param {boolean} [isGoingOn] whether values from the last replay were applied: then the report keeps both */
+/** @param {boolean} [isGoingOn] whether values found by the last replay were applied, so that the report keeps both
+ * replays */
 async function replay(isGoingOn = false) {
   const loop = store.loop;
   if (!loop || !recorded) return;
@@ -183,7 +184,7 @@ async function replay(isGoingOn = false) {
     const told = showResult(replayed, allowed);
     keep({ file: of.name, values, verdict: told.headline, remarks: told.details }, replayed, isGoingOn);
   } catch (error) {
-    // Another replay has started.
+    // Stopped because another replay has started.
     if (error instanceof Stopped) return;
     showMapping(columns ?? []);
     fill(result, element("p.error", error instanceof Error ? error.message : String(error)));
@@ -191,8 +192,8 @@ async function replay(isGoingOn = false) {
 }
 
 /**
- * Repeats the replay with a search for the causes of the difference. It takes seconds, so the page shows the time
- * elapsed, and the user can stop it and keep the known result.
+ * Repeats the replay with a search for the causes of the difference. The search takes seconds, so the page shows the
+ * time elapsed, and the user can stop the search and keep the known result.
  *
  * @param {import("./messages").Dialogue["replay"]["request"] & { do: "replay" }} request
  * @param {Replayed} known
@@ -337,8 +338,8 @@ function showResult(replayed, allowed) {
             `${changed(suspect, block)}.`,
             suspect.fits ? element("strong.good", "none: it fits") : String(suspect.different),
             rounded(suspect.largest, "LREAL", 6),
-            // No button for a change that leaves a difference or applies only to a part of the recording. The likeliest
-            // change is offered above.
+            // Offer a change only if no difference remains and it applies to the whole recording. The likeliest change
+            // is already offered above.
             suspect.fits &&
             !suspect.since &&
             Object.keys(suspect.values).length > 0 &&
@@ -367,18 +368,18 @@ function settings(values) {
     .join(", ");
 }
 
-/** Applies values and replays with them. @param {import("./messages").Values} values */
+/** Applies values found by a replay and replays with them. @param {import("./messages").Values} values */
 async function take(values) {
   store.edit(values);
   if (!(await store.send(Object.keys(values)))) return;
   await replay(true);
-  // The focused button no longer exists.
+  // The button that had the focus no longer exists.
   const said = result.querySelector(".verdict");
   if (said instanceof HTMLElement && document.activeElement === document.body) said.focus();
 }
 
 /**
- * Offers the curves of the outputs, at first the one that differs most.
+ * Offers the curves of all outputs, and shows the output that differs in the most cycles.
  *
  * @param {Replayed} replayed
  */

@@ -1,5 +1,5 @@
 /**
- * The conclusions of a replay in words; the engine returns them as data.
+ * Puts the conclusions of a replay, which the engine returns as data, into words.
  *
  * @typedef {import("./messages").Change} Change
  * @typedef {import("./messages").Replayed} Replayed
@@ -10,8 +10,8 @@
  *
  * @typedef {object} Block data of the block that the text needs
  * @property {Variable[]} variables
- * @property {string[]} controller its gain and times
- * @property {string | undefined} manual its switch to manual mode
+ * @property {string[]} controller the names of its tuning settings
+ * @property {string | undefined} manual the name of its switch to manual mode
  */
 
 import { unitText } from "tool/signals.js";
@@ -21,11 +21,11 @@ import { isBoolean, isTime, rounded, shown } from "tool/values.js";
 const MOST_OUTPUTS = 6;
 /** The maximum number of explanations given. */
 const MOST_EXPLANATIONS = 3;
-/** The allowed deviation of an output, in multiples of its noise: few of a thousand values differ by more. */
+/** The tolerance proposed for a noisy output, as a multiple of its noise: hardly any values differ by more. */
 const NOISY = 6;
-/** A range that extends beyond this value is open. */
+/** A range whose end exceeds this magnitude is open on that side. */
 const OPEN = 1e300;
-/** The tolerance is reported if it exceeds this fraction of the movement of an output. */
+/** The tolerance is reported if it exceeds this fraction of an output's range. */
 const COARSE = 0.01;
 
 /** @type {Record<Exclude<Why, object>, string>} */
@@ -74,7 +74,7 @@ function ofChange(change, variables) {
 }
 
 /**
- * The changes, as part of a sentence.
+ * The changes of a suspect, as part of a sentence.
  *
  * @param {Suspect} suspect
  * @param {Block} block
@@ -94,7 +94,7 @@ export function changed(suspect, { variables }) {
 }
 
 /**
- * The range in which a value fits, `84.8 to 94.2 s`; `undefined` if the value is exact.
+ * The range of values with which the recording fits, such as `84.8 to 94.2 s`; `undefined` if only one value fits.
  *
  * @param {Suspect} suspect
  * @param {Variable[]} variables
@@ -112,7 +112,8 @@ function rangeOf({ changes, since, range }, variables) {
 }
 
 /**
- * The changes with which the recording fits, both recorded and found; none if nothing fits or the result is ambiguous.
+ * The changes with which the recording fits: those that it contains, and those found. None if nothing fits or the
+ * result is ambiguous.
  *
  * @param {Replayed} replayed
  * @returns {Change[]}
@@ -124,7 +125,7 @@ export function fitting({ conclusion, settings, suspects }) {
   if (!isFound || !found) return [];
   const { changes, since, values } = found;
   if (!since || !("setting" in since.change)) return [...settings, ...changes];
-  // The value at the end of the recording counts; if the loop already has it, it is not a change.
+  // Of a setting changed during the recording, the last value counts. If the loop already has it, it is not a change.
   const { setting } = since.change;
   const own = changes.flatMap((change) => ("setting" in change ? change.setting : []));
   const before = own.find(({ name }) => name === setting.name)?.before ?? setting.before;
@@ -186,8 +187,8 @@ function fit(changes, { variables }) {
 }
 
 /**
- * The recorded settings with which the outputs are equal although the loop has other values: `the recording's GAIN (0.7
- * at first, 0.77 at the end), while 1.2 is in force`.
+ * The settings that changed in the recording and were replayed as recorded, although the loop has other values: `the
+ * recording's GAIN (0.7 at first, 0.77 at the end), while 1.2 is in force`.
  *
  * @param {Replayed["moving"]} moving
  * @param {Block} block
@@ -233,12 +234,12 @@ export function verdict(replayed, tolerance, block) {
     return { headline: `The recording fits ${fit(settings, block)}.`, details: [equal, ...more] };
   }
   const difference = ofDifference(replayed, block);
-  // If another setting explains the difference, the tolerance needs no mention.
+  // Mention the tolerance only if no change explains the difference.
   const coarse = suspects.some(({ fits }) => fits) ? "" : coarsely(replayed, block);
   const isRecorded = settings.length > 0;
   const recorded = isRecorded ? [`It was replayed with ${fit(settings, block)}, as recorded.`] : [];
   if (coarse) recorded.push(coarse);
-  // A difference between the settings of recording and loop is the main point.
+  // If the recording contains other settings than the loop, that is the main point.
   const own = isRecorded ? `The recording has ${fit(settings, block)}, but even then ` : "";
   const told = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
   const [first, ...others] = told.slice(0, MOST_EXPLANATIONS);
@@ -310,7 +311,7 @@ export function verdict(replayed, tolerance, block) {
     off > 0
       ? `The recording is noisy: replay it with ${rounded(off, "LREAL", 1)} in the field “equal within”, or enter there how far a value may be off.`
       : "If the recording is noisy, enter in the field “equal within” how far a value may be off.";
-  // A change after which most values still differ is not a near miss.
+  // A change is reported as close only if it removes at least half of the differences.
   const all = outputs.reduce((sum, { different }) => sum + different, 0);
   const best = suspects.find(({ different }) => 2 * different <= all);
   const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;
@@ -343,7 +344,7 @@ function coarsely({ outputs }, { variables }) {
   const told = outputs.flatMap(({ variable, allowed, recorded }) => {
     const of = variables.find(({ name }) => name === variable);
     const known = recorded.filter((value) => Number.isFinite(value));
-    // A constant output has no span with which the tolerance could be compared.
+    // The tolerance cannot be compared with the range of a constant output.
     const span = Math.max(...known) - Math.min(...known);
     if (isBoolean(of?.kind ?? "") || !(span > 0) || allowed <= COARSE * span) return [];
     const unit = unitText(of?.unit);
@@ -375,7 +376,8 @@ function ofDifference({ outputs, calls }, { variables }) {
   return `${begins.variable} differs from cycle ${call} (${rounded(time, "LREAL")} s) onward, ${by}${too}`;
 }
 
-/** Why equal outputs prove nothing, as sentences; empty if they do. @param {Replayed} replayed @param {Block} block */
+/** Why equal outputs prove nothing about the settings, as sentences; empty if they prove them. @param {Replayed}
+ * replayed @param {Block} block */
 function doubt({ doubt: why }, { controller }) {
   if (why === null) return [];
   const settings = controller.join(", ");

@@ -1,6 +1,6 @@
 /**
- * The tuning rules as a table with their predicted effects, and the settings of the chosen rule next to the current
- * ones.
+ * The table of tuning rules with their predicted effects, and the settings of the chosen rule next to the current
+ * settings.
  *
  * @typedef {import("./messages").Tuned} Tuned
  * @typedef {import("tool/store.js").Work} Work
@@ -14,12 +14,12 @@ import { rounded, shown } from "tool/values.js";
  * The units of predicted figures, as displayed.
  *
  * @typedef {object} Units
- * @property {string} deviation unit of a difference between two process values
+ * @property {string} deviation unit of a difference between process values
  * @property {string} iae
  * @property {string} travel
  */
 
-/** The metrics in the table besides the settings, with their keys in the engine's reasons for missing ones. */
+/** The metrics in the table: title, and key in `Tuned.absent`, the engine's reasons for missing metrics. */
 const METRICS = /** @type {[string, string][]} */ ([
   ["Ms", "sensitivity"],
   ["overshoot", "overshoot"],
@@ -32,7 +32,8 @@ const METRICS = /** @type {[string, string][]} */ ([
   ["phase margin", "phase_margin"],
 ]);
 /**
- * Columns omitted in narrow and very narrow tables; the list for the chosen rule has them.
+ * The CSS classes of columns that are hidden in narrow and in very narrow tables. The list for the chosen rule contains
+ * all metrics.
  *
  * @type {Record<string, string>}
  */
@@ -42,7 +43,7 @@ const DETAILS = {
 };
 
 /**
- * All rules side by side.
+ * The table of all rules.
  *
  * @param {Work} loop
  * @param {import("./messages").RulesTable} table
@@ -104,14 +105,13 @@ export function rulesTable(loop, { rows, missing }, present, chosen, units, choo
 }
 
 /**
- * The settings of a rule on one line, with buttons for the next actions in order: apply them, and run the predicted
- * step.
+ * The settings of a rule on one line, with buttons for the next actions in order, such as applying the settings.
  *
  * @param {string} rule
  * @param {Tuned} answer
  * @param {{ name: string, title: string, act: () => void }[]} next
- * @returns {{ row: HTMLElement, show: (at: number, words: string) => void }} `show` sets the next action; earlier ones
- *   are done
+ * @returns {{ row: HTMLElement, show: (at: number, words: string) => void }} `show` marks the next action, with words
+ * about it; later ones are disabled
  */
 export function applyRow(rule, answer, next) {
   const isStable = answer.sensitivity !== null;

@@ -1,6 +1,6 @@
 /**
- * Runs the loop, in real time or as fast as possible; changes setpoint, disturbance, noise and manual value during the
- * run; and lists the events, which can be repeated.
+ * Runs the loop, in real time, ten times as fast, or as fast as possible; offers controls for setpoint, disturbance,
+ * noise and manual value; and lists the events of the run.
  *
  * @typedef {import("./messages").Value} Value
  */
@@ -17,17 +17,18 @@ import { download } from "tool/takeaway.js";
 import { testMaker } from "tool/test_case.js";
 import { number, read, rounded, shown } from "tool/values.js";
 
-/** How long calls are made without a break, in milliseconds; in the breaks, the page responds to the user. */
+/** How long calls are made without a break, in milliseconds. In the breaks, the page can respond to the user. */
 const CHUNK = 20;
-/** The duration of a screen frame, in milliseconds: if calls are due more often, several are made together. */
+/** The duration of a screen frame, in milliseconds. Calls that are due within a frame are made together. */
 const FRAME = 16;
 const MOST_CALLS = 20_000;
-/** The maximum lag that is caught up, in milliseconds: a page in the background is woken once a minute. */
+/** The maximum lag behind real time that is made up for, in milliseconds: a page in the background is woken only once a
+ * minute. */
 const MOST_BEHIND = 120_000;
-/** The lag above which it is displayed, in milliseconds. */
+/** The lag is displayed only if it exceeds this time, in milliseconds. */
 const WORTH_TELLING = 1000;
 const MOST_EVENTS = 500;
-/** The log's words for how a value was set. @type {Record<string, string>} */
+/** How a value was set, as appended to it in the log. @type {Record<string, string>} */
 const TOLD = { force: ", forced", write: ", written once" };
 
 /** @typedef {1 | 10 | typeof Infinity} Speed */
@@ -35,34 +36,35 @@ const TOLD = { force: ", forced", write: ", written once" };
 /** @type {Speed} */
 let speed = 1;
 const SPEED = "plcfmu-speed";
-/** A token of the run in progress; a new run replaces it. @type {{} | undefined} */
+/** Identifies the current loop of calls, which ends when another token replaces it; `undefined` while paused. @type {{}
+ * | undefined} */
 let running;
-/** The reference for due calls: a time, and the number of calls made by then. */
+/** The reference for determining due calls: a time in milliseconds, and the number of calls made by then. */
 let clock = { wall: 0, calls: 0 };
-/** The number of calls made together. */
+/** The number of calls per request. */
 let chunk = 1;
-/** The lag of the run behind the clock, in milliseconds. */
+/** The lag of the run behind real time, in milliseconds. */
 let behind = 0;
 
 /** The number of calls after which the run pauses automatically. @type {number | undefined} */
 let end;
-/** Why the run paused automatically. */
+/** Why the run paused automatically; empty if it did not, or at the end of its duration. */
 let ended = "";
-/** The maximum number of calls of a run at maximum speed that does not settle. */
+/** The maximum number of calls of a run at speed max until the loop has settled. */
 const MOST_UNRESTING = 20_000;
 
 /** @type {HTMLButtonElement} */
 let runButton;
-/** Repeats the test with the settings applied since it began. @type {HTMLButtonElement} */
+/** Repeats the test with the settings that have been applied since it began. @type {HTMLButtonElement} */
 let againButton;
 /**
- * The time when settings were last applied in the run, and the start of the step to which the metrics belong, in
- * seconds.
+ * When settings were last applied in the run, and when the step or disturbance began to which the metrics in the bar
+ * belong, in seconds.
  */
 let [applied, stepped] = [0, 0];
-/** Whether settings have been applied since the run began that would change its result. */
+/** Whether settings applied since the run began would change its result. */
 let isOffered = false;
-/** How long to run, in seconds; if empty, until Pause. @type {HTMLInputElement} */
+/** How long to run, in seconds. @type {HTMLInputElement} */
 let duration;
 /** @type {HTMLElement} */
 let status;
@@ -153,7 +155,7 @@ export function mount(content) {
     offerAgain(isOther);
   });
   store.on("figures", (/** @type {import("./messages").Figures} */ { from, step, disturbance }) => {
-    // The bar shows the metrics of the later of the two.
+    // The bar shows the metrics of the later event.
     stepped = Math.max(step?.start ?? from, disturbance?.start ?? from);
     showFormer();
   });
@@ -209,8 +211,8 @@ async function runOrPause() {
 }
 
 /**
- * Applies edits: a run with values other than the visible ones would be misleading. If a value cannot be applied,
- * reports it; then nothing runs.
+ * Applies edits, because a run with values other than the visible ones would be misleading. Returns whether all were
+ * applied; if not, reports why.
  */
 async function isApplied() {
   if (store.edited().length === 0 || (await store.send())) return true;
@@ -219,7 +221,8 @@ async function isApplied() {
   return false;
 }
 
-/** Makes calls until stopped. */
+/** Makes calls until the user pauses, the duration has passed or, at speed max without a duration, the loop has
+ * settled. */
 async function run() {
   if (!store.loop) return;
   const seconds = checkDuration();
@@ -261,7 +264,7 @@ async function run() {
         }
       } else await store.calls(calls);
       const took = Math.max(performance.now() - begun, 0.05);
-      // A chunk grows slowly and shrinks immediately.
+      // The chunk at most doubles, but shrinks immediately.
       const fitting = Math.floor((calls * CHUNK) / took);
       chunk = Math.max(1, Math.min(fitting, calls * 2, MOST_CALLS));
       await breath();
@@ -272,7 +275,7 @@ async function run() {
   }
 }
 
-/** The duration in the field: `undefined` if there is no end, `null` if the text is invalid. */
+/** The duration in the field, in seconds: `undefined` if the field is empty, `null` if its text is invalid. */
 function checkDuration() {
   if (duration.value.trim() === "") {
     attribute(duration, "aria-invalid", undefined);
@@ -301,7 +304,7 @@ function step() {
   return store.state?.step || 1;
 }
 
-/** The number of calls due now. The first is due immediately: a call shows the state at its own time. */
+/** The number of calls due now. The first call is due immediately, because a call shows the state at its own time. */
 function dueCalls() {
   if (speed === Infinity) return MOST_CALLS;
   let elapsed = performance.now() - clock.wall;
@@ -317,7 +320,7 @@ function dueCalls() {
 }
 
 /**
- * Waits until a given time.
+ * Waits until a time on the clock of `performance.now()`.
  *
  * @param {number} moment
  */
@@ -330,7 +333,7 @@ const channel = new MessageChannel();
 const waiting = [];
 channel.port1.onmessage = () => waiting.shift()?.();
 
-/** Lets the page handle input and draw. A timer would wait for at least 4 ms, and for a second in the background. */
+/** Lets the page handle input and draw. A timer would take at least 4 ms, or a second in the background. */
 function breath() {
   return new Promise((done) => {
     waiting.push(() => done(undefined));
@@ -351,7 +354,7 @@ function offerAgain(next) {
   showAgain();
 }
 
-/** Shows or hides the button Run again. Edits are part of "these values", too. */
+/** Shows or hides the button Run again. It is also shown while there are edits, which it applies. */
 function showAgain() {
   const { loop } = store;
   const isSetting = (/** @type {string} */ name) => loop?.settings[name]?.variable.is_stimulus === false;
@@ -361,14 +364,15 @@ function showAgain() {
   showButton();
 }
 
-/** Marks the metrics in the bar as former if other settings were applied after their step or disturbance. */
+/** Marks the metrics in the bar as outdated if other settings were applied after the step or disturbance to which they
+ * belong. */
 function showFormer() {
   byId("glance").classList.toggle("is-former", isOffered && stepped <= applied);
 }
 
 async function runAgain() {
   pause();
-  // Edits are part of "these values".
+  // "These values" on the button include edits.
   if (!(await isApplied())) return;
   await repeated("same_test");
   if (byId("run").contains(document.activeElement) || document.activeElement === document.body) runButton.focus();
@@ -380,7 +384,7 @@ async function reset() {
   await store.begin().catch(store.say);
 }
 
-/** This tab's speed from before a reload. @returns {Speed} */
+/** The speed that this tab had before a reload; 1 by default. @returns {Speed} */
 function keptSpeed() {
   try {
     const kept = Number(sessionStorage.getItem(SPEED) ?? 1);
@@ -396,7 +400,7 @@ function setSpeed(next) {
   try {
     sessionStorage.setItem(SPEED, String(next));
   } catch {
-    // No storage: the speed is lost on a reload.
+    // Without storage, the speed is lost on a reload.
   }
   duration.placeholder = next === Infinity ? "auto" : "–";
   for (const [factor, button] of speeds) attribute(button, "aria-pressed", String(factor === next));
@@ -459,13 +463,14 @@ async function now(values, isEvent = false) {
   }
 }
 
-/** Functions that set a field in the bar, by the name of its setting. @type {Map<string, (value: Value) => void>} */
+/** Functions that show a new value in a field of the bar, by the name of its setting. @type {Map<string, (value: Value)
+ * => void>} */
 const fields = new Map();
 let shownControls = "";
-/** The number of calls when the fields were last updated from the run. */
+/** The number of calls made when the fields were last updated from the run. */
 let followed = 0;
 
-/** Shows the controls that the loop has: setpoint, disturbance, noise, manual value. */
+/** Shows the controls for this loop: setpoint, disturbance, noise and manual value, as far as it has them. */
 async function showControls() {
   const loop = store.loop;
   if (!loop) {
@@ -500,13 +505,13 @@ async function showControls() {
 function followSettings(names) {
   for (const name of names) {
     const setting = store.loop?.settings[name];
-    // The name of a disturbance includes its member.
+    // A disturbance's field is found by its full name, with the member.
     if (store.loop && setting) (fields.get(name) ?? fields.get(variable(store.loop, name)))?.(setting.sent);
   }
   scheduleDone();
 }
 
-/** Updates the fields after calls, in which events have taken effect. */
+/** Updates the fields after calls, because repeated events may have changed values. */
 function followRun() {
   const state = store.isLive() ? store.state : undefined;
   if (!state || state.calls === followed) return;
@@ -549,7 +554,7 @@ function setpointControl(loop, name) {
 /** @param {Awaited<ReturnType<typeof disturbances>>} disturbing */
 function disturbanceControl(disturbing) {
   const place = element("span");
-  // A switch needs this label; otherwise, the Disturb button serves as one.
+  // A check box needs this label; beside a number field, the button Disturb serves as one.
   const word = element("span", "Disturbance ");
   let at = 0;
   const names = disturbing.map(({ name }, number) => {
@@ -624,7 +629,7 @@ function switchBox(loop, name, word, title) {
 }
 
 /**
- * The manual mode of a step controller: its motor runs while a switch is on.
+ * The controls for the manual mode of a step controller: the motor runs while Up or Down is on.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {[string, [string, string]]} manual
@@ -670,11 +675,11 @@ function manualControl(loop, [onName, valueName]) {
   );
 }
 
-/** The outputs that are TRUE while a plant is tripped. @type {string[]} */
+/** The names of outputs that are TRUE while a plant has stopped, such as a tripped drive. @type {string[]} */
 let faultNames = [];
 let isDoneScheduled = false;
 
-/** Redraws the list soon, rather than in each call of a ramp. */
+/** Redraws the list of events soon, so that a ramp does not redraw it in each call. */
 function scheduleDone() {
   if (isDoneScheduled) return;
   isDoneScheduled = true;
@@ -684,7 +689,7 @@ function scheduleDone() {
   }, 150);
 }
 
-/** Shows the events of the run as a list that can be repeated and saved. */
+/** Shows the list of events of the run, with buttons to repeat and save it. */
 async function showDone() {
   const loop = store.loop;
   if (!loop || !store.isLive()) {

@@ -1,12 +1,13 @@
 /**
- * The runs of a loop as a list: name, settings that differ, figures side by side, a colour, and whether they are drawn.
- * A run can be repeated: as the same test with the current settings, or bit for bit.
+ * The list of a loop's runs, with their names, the settings in which they differ, their figures side by side, their
+ * colours, and whether they are drawn. A run can be repeated: as the same test with the current settings, or bit for
+ * bit.
  *
  * @typedef {import("./messages").Figure} Figure
  * @typedef {import("tool/store.js").Work} Work
  *
  * @typedef {object} Kept a run in the list, plain data
- * @property {number} run its number in the engine
+ * @property {number} run its 0-based number in the engine
  * @property {string} name
  * @property {number} colour its index in the colours of runs; the current run has the colours of the signals
  * @property {boolean} isShown
@@ -27,7 +28,7 @@ import { rounded, same, shown } from "tool/values.js";
 
 /** The number of runs that the engine keeps, including the current one. */
 const MOST = 6;
-/** A run with more events is not repeated after a reload. */
+/** The events of a run are kept only if there are no more than this; otherwise, it cannot be repeated after a reload. */
 const MOST_EVENTS = 5000;
 
 /** @type {HTMLElement} */
@@ -56,7 +57,7 @@ export function mount(content) {
 }
 
 /**
- * The runs of a loop, latest last.
+ * The listed runs of a loop, earliest first.
  *
  * @param {Work | undefined} loop
  * @returns {Kept[]}
@@ -95,7 +96,7 @@ function begin(setup) {
 }
 
 /**
- * Fetches the data of a run that has ended.
+ * Fetches the final data of a run after the next one has begun.
  *
  * @param {Work} loop
  * @param {Kept} kept
@@ -108,7 +109,7 @@ async function complete(loop, kept) {
     if (calls > 0) ({ figures: kept.figures, step: kept.step } = await figuresOf(loop, kept.run));
     show();
   } catch {
-    // The engine no longer has the run: the list keeps its data.
+    // The engine no longer has the run: keep the data in the list.
   }
 }
 
@@ -143,7 +144,7 @@ export function againButtons() {
 }
 
 /**
- * All values that the controller's variables had in the calls of a run, in order.
+ * All values that each of the controller's settings had in the calls of a run, in order.
  *
  * @param {Work} loop
  * @param {Pick<Kept, "setup" | "events" | "calls">} of
@@ -179,7 +180,7 @@ function settingsOf(loop, kept) {
   );
 }
 
-/** Updates the entry of the current run with its events so far. */
+/** Updates the current run's entry with its events so far. */
 async function follow() {
   const [loop, now] = [store.loop, present()];
   if (!loop || !now) return;
@@ -189,8 +190,8 @@ async function follow() {
 }
 
 /**
- * The previous settings of a loop, for a report: at the end of the run with which it is compared, or by default those
- * with which the loop was opened.
+ * The previous settings of a loop, for a report: those at the end of the run `run`; by default, those with which the
+ * loop was opened.
  *
  * @param {Work} loop
  * @param {number} [run]
@@ -204,7 +205,8 @@ export async function settingsBefore(loop, run) {
 }
 
 /**
- * Whether the settings in force would change the current run, because it had other settings in some of its calls.
+ * Whether the current run, repeated with the settings in force, would differ: it had other settings in some of its
+ * calls.
  *
  * @param {Work} loop
  */
@@ -233,7 +235,7 @@ function differingOf(loop, all) {
 }
 
 /**
- * The drawn runs with the same step as the last run, with the settings in which they differ, for a report.
+ * For a report: the last run and those drawn runs whose step is comparable, with the settings in which they differ.
  *
  * @param {Work} loop
  * @returns {import("./messages").ReportedRun[]}
