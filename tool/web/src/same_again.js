@@ -1,5 +1,5 @@
 /**
- * Repeats a run with the same events after a program change and compares the two, call by call.
+ * After a program change, repeats the last run with the same events and compares both runs, call by call.
  *
  * @typedef {import("tool/store.js").Work} Work
  *
@@ -7,8 +7,8 @@
  * @property {number} run
  * @property {number} of the run with which it is compared
  * @property {string} name name of the other run
- * @property {number} calls number of calls that both have
- * @property {Map<string, number>} first first call that differs, by variable
+ * @property {number} calls number of calls that both runs have
+ * @property {Map<string, number>} first the first call in which the runs differ, by variable
  */
 
 import { ask } from "tool/engine.js";
@@ -17,7 +17,7 @@ import { runsOf } from "tool/runs.js";
 import { descriptions } from "tool/signals.js";
 import { split, store } from "tool/store.js";
 
-/** The maximum number of values in a request. */
+/** The maximum number of values requested at a time. */
 const MOST_VALUES = 200_000;
 
 /** @type {Compared | undefined} */
@@ -32,7 +32,7 @@ export function compared() {
   return store.isLive() && result?.run === store.state?.run ? result : undefined;
 }
 
-/** Whether there is a run that can be repeated. @param {Work | undefined} loop */
+/** Whether the loop has a run that can be repeated. @param {Work | undefined} loop */
 export function hasRun(loop) {
   return (runsOf(loop).at(-1)?.calls ?? 0) > 0;
 }
@@ -56,7 +56,7 @@ export async function sameAgain() {
   ];
   const known = new Set(loop.description.variables.map(({ name }) => `${loop.member}.${name}`));
   const isKnown = (/** @type {string} */ name) => split(name)[0] !== loop.member || known.has(name);
-  // Skip events and connections of variables that the changed program no longer has.
+  // Leave out events and connections of variables that the changed program no longer has.
   const connections = setup.connections.filter((wire) => wire.every(isKnown));
   const done = events.filter(({ variable }) => isKnown(variable));
   await remake(loop, { setup: { ...setup, members, connections }, events: done, calls });
@@ -97,7 +97,7 @@ async function compare(loop, other) {
 }
 
 /**
- * The comparison as a sentence, with the variable that differs first.
+ * The comparison in words, naming the variable that is the first to differ.
  *
  * @param {Compared} of
  * @param {(call: number) => number} timeOf

@@ -1,6 +1,6 @@
 /**
- * A preview of a file to be saved: each setting of each loop that differs, with its old and its new value, and each
- * edit that has not been applied and therefore will not be saved.
+ * A preview of a file to be saved: the settings that differ from the loop's file or from the start values, with their
+ * old and new values, and the edits that are not saved because they have not been applied.
  *
  * @typedef {import("tool/store.js").Work} Work
  * @typedef {import("tool/store.js").Setting} Setting
@@ -15,7 +15,7 @@ import { same, shown } from "tool/values.js";
 const MOST = 40;
 
 /**
- * Whether a stimulus, such as a setpoint or a mode, differs between run and file.
+ * Whether a setting is a stimulus, such as a setpoint or a mode, whose value in force differs from the file.
  *
  * @param {Setting} one
  */
@@ -23,13 +23,14 @@ export function isTried(one) {
   return one.variable.is_stimulus && isChanged(one);
 }
 
-/** Whether the value in force differs from the file. @param {Setting} one */
+/** Whether the value in force differs from the file or, without one, from the start value. @param {Setting} one */
 function isChanged(one) {
   return !same(one.variable.kind, one.sent, one.file ?? one.start);
 }
 
 /**
- * Whether the saved file would leave a loop in manual mode: in the PLC, the loop would not be controlled.
+ * Whether a loop with changed settings would start in manual mode with the saved file, so that the PLC would not
+ * control it.
  *
  * @param {Work} loop
  * @param {boolean} withTried
@@ -46,7 +47,7 @@ function staysManual(loop, withTried) {
  *
  * @param {HTMLElement} within
  * @param {Work[]} loops the loops in the file
- * @param {boolean} withTried whether the file also contains the stimuli of the run
+ * @param {boolean} withTried whether the saved file also contains the current stimuli
  */
 export function showSaved(within, loops, withTried) {
   const all = loops.flatMap((loop) => Object.entries(loop.settings).map(([name, one]) => ({ loop, name, one })));

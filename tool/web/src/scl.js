@@ -1,12 +1,13 @@
-/** Highlights keywords, comments and literals in SCL. */
+/** Splits SCL into keywords, names, literals and comments, and highlights them. */
 
 import { element } from "tool/dom.js";
 
 const WORDS =
   /^(AND|ARRAY|AT|BEGIN|BY|CASE|CONSTANT|CONTINUE|DATA_BLOCK|DIV|DO|ELSE|ELSIF|END_[A-Z_]+|EXIT|FALSE|FOR|FUNCTION|FUNCTION_BLOCK|GOTO|IF|MOD|NOT|OF|OR|ORGANIZATION_BLOCK|REGION|REPEAT|RETAIN|RETURN|STRUCT|THEN|TITLE|TO|TRUE|TYPE|UNTIL|VAR|VAR_[A-Z_]+|VERSION|WHILE|XOR)$/i;
-/** The style of names: variables and blocks. */
+/** The CSS class of names of variables and blocks. */
 export const NAME = "is-name";
-/** A comment to the end of the line, the start of a block comment, a quoted text, a literal, a word, anything else. */
+/** The parts of a line: a comment to the end of the line, the start of a block comment, quoted text, a literal or local
+ * name, a word, anything else. */
 const PARTS =
   /(\/\/.*)|(\(\*|\/\*)|('(?:\$.|[^'$])*'|"[^"]*")|(#[A-Za-z_]\w*|[A-Za-z_]\w*#[\w.+-]*|\d[\w.#]*)|([A-Za-z_]\w*)|([^A-Za-z_0-9#'"(/]+|.)/g;
 
@@ -26,7 +27,7 @@ export function coloured(lines) {
 }
 
 /**
- * The lines of a source, each split into its code and the text of its comment.
+ * The lines of a source, each split into its code and its comment, without the comment signs.
  *
  * @param {string[]} lines
  */
@@ -44,13 +45,13 @@ export function lookOf(lines) {
 }
 
 /**
- * The parts of each line with their styles. A comment may span several lines.
+ * The parts of each line, each with its CSS class or an empty string. A block comment may span several lines.
  *
  * @param {string[]} lines
  * @returns {[string, string][][]}
  */
 function partsOf(lines) {
-  /** The end of the open comment. @type {string | undefined} */
+  /** The sign that ends the open block comment, if any. @type {string | undefined} */
   let end;
   return lines.map((line) => {
     /** @type {[string, string][]} */

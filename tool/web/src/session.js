@@ -1,6 +1,7 @@
 /**
- * The session, which survives a reload of the page: loops, values, and the events of the run. It is saved in
- * sessionStorage, which is lost with the tab, and less often in the list of the last sessions, which is not.
+ * Saves and restores the session: loops, values, and the events of the run. It is saved in sessionStorage, which
+ * survives a reload but not the closing of the tab, and less often in the list of the last sessions, which survives
+ * both.
  */
 
 import { ask } from "tool/engine.js";
@@ -12,16 +13,17 @@ import { store } from "tool/store.js";
 
 const KEY = "plcfmu";
 const VERSION = 2;
-/** A run with more calls is not repeated. */
+/** A run with more calls than this is not repeated after a reload. */
 const MOST_CALLS = 200_000;
-/** A run with more events is not repeated either: a long ramp sets a value in each call. */
+/** Nor is a run with more events than this: a long ramp sets a value before each call. */
 const MOST_EVENTS = 5000;
 /**
- * The delay before a change is saved, and the interval at which the session is saved beyond the tab, in milliseconds.
+ * The delay before a change is saved, and the minimum interval between saves to the list of the last sessions, in
+ * milliseconds.
  */
 const [SOON, OFTEN] = [300, 3000];
 let keptLast = 0;
-/** Whether another session is replacing this one: its data must not be overwritten. */
+/** Whether another session is about to replace this one; its data must not be overwritten. */
 let isLeaving = false;
 
 /** The setup of the current run. @type {import("./messages").Setup | undefined} */
@@ -29,14 +31,14 @@ let setup;
 /** @type {import("./messages").Event[]} */
 let events = [];
 
-/** Whether a value has been set since the events were read. */
+/** Whether a value may have been set since the events were read. */
 let isSet = false;
 
 /** Starts saving the session on every change. */
 export function keep() {
   let [timer, due] = [0, 0];
   const within = (/** @type {number} */ pause) => {
-    // During a run something changes all the time: that must not postpone a pending save.
+    // During a run, something changes all the time, which must not postpone a pending save.
     if (timer !== 0 && due <= Date.now() + pause) return;
     clearTimeout(timer);
     due = Date.now() + pause;
@@ -56,7 +58,7 @@ export function keep() {
     });
   }
   for (const what of ["files", "loops", "loop", "settings", "plant", "run"]) store.on(what, () => within(SOON));
-  // A call changes only the number of calls to be saved.
+  // Of the data to be saved, calls change only their own number, which is less urgent.
   store.on("state", () => within(OFTEN));
   addEventListener("pagehide", () => {
     keptLast = 0;
@@ -105,7 +107,8 @@ function save() {
     loops,
     run,
   };
-  // A file with thousands of loops is too large: then save only the open loops; the user has to reopen the file.
+  // If the files are too large, as with thousands of loops, save only the open loops; the user must then reopen the
+  // files.
   for (const files of [store.files.filter(({ isRefused }) => !isRefused), []]) {
     try {
       const content = JSON.stringify({ ...kept, files });
@@ -116,7 +119,7 @@ function save() {
       }
       return;
     } catch {
-      // The storage is full or missing.
+      // The storage is full or not available.
     }
   }
 }
@@ -137,14 +140,14 @@ export async function resume() {
     return;
   }
   if (kept?.version !== VERSION) return;
-  // Translated in the original order, the programs get the names that the loops refer to.
+  // If they are translated in the original order, the programs get the names to which the loops refer.
   for (const program of kept.programs ?? []) await admit(program).catch(store.say);
   store.files = kept.files;
   store.emit("files");
   for (const one of kept.loops) await resumeLoop(one).catch(store.say);
   const shown = store.loops[kept.shown];
   if (shown) store.show(shown);
-  // Runs that are not repeated are removed from the list.
+  // Remove the runs of loops whose runs will not be repeated.
   for (const [at, loop] of store.loops.entries()) if (at !== kept.run?.of) delete loop.notes.runs;
   if (kept.run && store.loops[kept.run.of]) await resumeRun(kept.run).catch(store.say);
 }
@@ -160,7 +163,7 @@ async function resumeLoop(one) {
   Object.assign(loop, { undo: one.undo ?? [], redo: one.redo ?? [] });
   store.emit("loop");
   store.emit("plant");
-  // Update fields that were drawn with the start values.
+  // Update the fields, which were drawn with the start values.
   store.emit("settings", Object.keys(loop.settings));
   await store.check();
 }
@@ -168,7 +171,7 @@ async function resumeLoop(one) {
 /** @param {{ of: number } & import("tool/remake.js").Made} run */
 async function resumeRun(run) {
   const loop = store.loops[run.of];
-  // The engine renumbers the runs.
+  // The new engine numbers the runs anew.
   const before = runsOf(loop).splice(0);
   for (const kept of before.slice(0, -1)) {
     if (kept.calls > MOST_CALLS) continue;

@@ -1,5 +1,5 @@
 /**
- * The variables of a loop's members, and their roles: setpoint, process value, manipulated value.
+ * The variables of a loop's members, their roles (setpoint, process value, manipulated value), and their units.
  *
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("./messages").Description} Description
@@ -10,7 +10,7 @@
  * @property {string} member `TIC101`
  * @property {Variable} variable
  *
- * @typedef {object} Roles signals of a loop by role, under their names in the engine
+ * @typedef {object} Roles signals of a loop by role, as `MEMBER.VARIABLE`
  * @property {string | undefined} setpoint
  * @property {string | undefined} processValue
  * @property {string | undefined} manipulatedValue
@@ -36,8 +36,8 @@ export async function signals(loop) {
 }
 
 /**
- * The FMI units of a loop's process value and manipulated value. A controller may not specify them; then they come from
- * its plant.
+ * The FMI units of a loop's process value and manipulated value: those of the controller or, if it does not specify
+ * them, those of its plant.
  *
  * @param {Work} loop
  * @returns {Promise<{ processValue: string, manipulatedValue: string }>}
@@ -55,11 +55,11 @@ export async function units(loop) {
   const plants = [...members]
     .slice(1)
     .flatMap(([name, { roles }]) => (roles.process_value ? `${name}.${roles.process_value}` : []));
-  // A setpoint that is not compared with a process value, such as the target of a ramp, does not have the plant's unit.
+  // Without a process value, as in a ramp, the setpoint need not have the plant's unit.
   const outputs = processValue ? plants.map(unit).filter(Boolean) : [];
   return {
     processValue: unit(processValue) || unit(setpoint) || (outputs[0] ?? ""),
-    // The mean of pulses is a fraction of their period.
+    // The mean of pulses is their fraction of the period, in percent.
     manipulatedValue: unit(manipulatedValue) || unit(input) || (pulsePeriod(loop) === undefined ? "" : "%"),
   };
 }
@@ -78,7 +78,7 @@ export async function descriptions(loop) {
 }
 
 /**
- * The setting that puts the controller into manual mode.
+ * The name of the setting that switches the controller to manual mode.
  *
  * @param {Work} loop
  * @returns {string | undefined}
@@ -107,7 +107,7 @@ export function roles(loop) {
 }
 
 /**
- * The controlled variable: the controller's process value, or the plant's if the controller has none.
+ * The name of the process value: the controller's or, if it has none, the plant's.
  *
  * @param {Work} loop
  * @returns {Promise<string | undefined>}
@@ -120,7 +120,7 @@ export async function controlledValue(loop) {
 }
 
 /**
- * The outputs that are TRUE while a plant is tripped, such as a drive.
+ * The names of outputs that are TRUE while a plant has stopped, such as a tripped drive.
  *
  * @param {Work} loop
  * @returns {Promise<string[]>}
@@ -132,8 +132,8 @@ export async function faults(loop) {
 }
 
 /**
- * The averaging time for the pulses of a controller, in seconds: the period of its pulse former, if its manipulated
- * value is a mean of pulses.
+ * The averaging time for a controller's pulses, in seconds: the period of its pulse former; `undefined` if its
+ * manipulated value is not a mean of pulses.
  *
  * @param {Work} loop
  * @returns {number | undefined}
@@ -144,7 +144,7 @@ export function pulsePeriod(loop) {
   const kind = loop.description.variables.find((one) => one.name === output)?.kind;
   if (!period || kind !== "LREAL") return undefined;
   const cycle = loop.settings[loop.description.cycle ?? ""]?.sent;
-  // The period is either a time or a number of calls.
+  // The setting for the period is either a time or a number of calls.
   return isTime(period.variable.kind) ? Number(period.sent) : Number(period.sent) * Number(cycle ?? 1);
 }
 
@@ -164,7 +164,8 @@ export async function presentOutput(loop, name) {
 }
 
 /**
- * The name of a signal within its loop: short for the controller's variables, in full for those of other members.
+ * The displayed name of a signal: without the member for the controller's variables, in full for those of other
+ * members.
  *
  * @param {Work} loop
  * @param {string} name
@@ -179,7 +180,7 @@ export function isSwitch(one) {
 }
 
 /**
- * A unit as displayed after a number; empty for a plain number. FMI does not allow a degree sign.
+ * A unit as displayed after a number; empty for a dimensionless number. FMI units cannot contain a degree sign.
  *
  * @param {string | null | undefined} unit
  */
@@ -188,7 +189,7 @@ export function unitText(unit) {
 }
 
 /**
- * The unit of a difference between two values, as displayed: K for temperatures, as in the figures of a run.
+ * The unit of a difference between two values, as displayed: K instead of °C, as in the figures of a run.
  *
  * @param {string | null | undefined} unit
  */

@@ -1,5 +1,6 @@
 /**
- * The steps of a sequence in a program: the variables of CASE statements, and the names of their values in the source.
+ * Finds the steps of sequences in a program: the variables of CASE statements, and the names of their values in the
+ * source.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").CodeBlock} Block
@@ -8,13 +9,14 @@
 
 import { lookOf } from "tool/scl.js";
 
-/** The possible labels of a CASE at the beginning of a line, and a single label. */
+/** The text before a colon, which may be labels of a CASE; and a single label. */
 const [LABELS, LABEL] = [/^([^:]+):(?!=)/, /^\s*[#"\w.+-]+\s*$/];
 const WHOLE = /^[+-]?\d+$/;
 
 /**
- * The names of the values of each CASE variable, by the variable's path in the program, in capitals. The name of a
- * value is the constant used as its label, or the comment after a number; otherwise it has none.
+ * The names of the values of each CASE variable, by the variable's path in the program, in capitals. A value whose
+ * label is a constant has the constant's name; a value whose label is a number has the text of the comment in its line,
+ * if any.
  *
  * @param {Compiled} compiled
  * @param {Program} program
@@ -26,7 +28,7 @@ export function steps(compiled, program) {
   for (const [file, source] of compiled.sources.entries()) {
     const lines = lookOf(source.text.split(/\r\n|\n|\r/));
     /**
-     * The open CASEs, innermost last; `undefined` if a CASE is not over a variable.
+     * The names for each open CASE, innermost last; `undefined` if its selector is not a variable.
      *
      * @type {(Map<number, string> | undefined)[]}
      */
@@ -48,7 +50,7 @@ export function steps(compiled, program) {
 }
 
 /**
- * The variable that makes up a whole expression, from the names in the block's lines.
+ * The variable of which an expression consists; `undefined` if it is not just a variable.
  *
  * @param {string} expression
  * @param {number} line
@@ -60,7 +62,7 @@ function variableOf(expression, line, block) {
 }
 
 /**
- * The paths of a block's variable in all instances.
+ * The paths of a block's variable in all instances of the block.
  *
  * @param {Compiled} compiled
  * @param {Block} block
@@ -78,7 +80,7 @@ function pathsOf(compiled, block, { path, is_global: isGlobal }) {
  */
 function namesOf(found, paths) {
   const plain = paths.map((path) => path.replaceAll("'", "").toUpperCase());
-  // A second CASE over the same variable adds to its names.
+  // A second CASE of the same variable adds to its names.
   const names = found.get(plain[0] ?? "") ?? new Map();
   for (const path of plain) found.set(path, names);
   return names;

@@ -1,15 +1,15 @@
 /**
- * The state of the page, and all functions that change it. Panels display it, call its functions and listen for
- * changes.
+ * The state of the page, and all functions that change it. The panels display this state, call these functions, and
+ * listen for changes.
  *
  * # For the panels
  *
  * - `store.loop` is the current {@link Work}, `store.loops` are all open ones. A Work has its settings by name, each
- *   with the block's start value, the value in the file, the value in force (`sent`) and the value in the field
- *   (`value`). A setting is *edited* while the last two differ; `store.send()` puts edited values in force, also in the
- *   engine's run if it belongs to this loop. `loop.members` are the other FMUs of the loop (plant, sensor),
- *   `loop.connections` the connections between them, `loop.step` and `loop.exchange` determine how they are stepped,
- *   all in the form that `start` accepts; change them with `store.connect(...)`.
+ * with the block's start value, the value in the file, the value in force (`sent`) and the value in the field
+ * (`value`). A setting is *edited* while the last two differ; `store.send()` puts edited values in force, also in the
+ * engine's run if it belongs to this loop. `loop.members` are the other FMUs of the loop (plant, sensor),
+ * `loop.connections` are the connections between all members, and `loop.step` and `loop.exchange` determine how they
+ * are stepped. All are in the form that `start` accepts; change them with `store.connect(...)`.
  * - `loop.member` is the name of the controller's member: the loop's name, reduced to plain characters. Its variables
  *   in the engine are `variable(loop, "GAIN")` = `TIC101.GAIN`.
  * - A run: `store.begin()` starts it (Setup from the loop), `store.calls(n)` makes calls, `store.repeat(...)` repeats
@@ -72,14 +72,14 @@
  *
  * @typedef {object} Work
  * @property {number} id
- * @property {string} name the name in the file, or the user's
- * @property {string} member the name in the engine
+ * @property {string} name its name in the file, or the name that the user chose
+ * @property {string} member the name of its controller in the engine
  * @property {string | undefined} file the file from which it was opened
  * @property {string[]} warnings
  * @property {Description} description
  * @property {Record<string, Setting>} settings in the order of the table
  * @property {Checked | undefined} checked the block's check of the values in the fields
- * @property {Member[]} members the other FMUs: the plant, ...
+ * @property {Member[]} members the other FMUs, such as the plant
  * @property {[string, string][]} connections
  * @property {number | null} step the communication step in seconds; by default, the controller's cycle
  * @property {import("./messages").Exchange} exchange
@@ -103,7 +103,7 @@
  * @typedef {object} Prediction
  * @property {string} title
  * @property {import("./messages").Predicted} curves
- * @property {import("tool/overlay.js").Origin} origin its start
+ * @property {import("tool/overlay.js").Origin} origin the state from which the step starts
  */
 
 import { ask, EngineError, ServerLost } from "tool/engine.js";
@@ -114,13 +114,13 @@ const listeners = new Map();
 
 let lastId = 0;
 /**
- * The number of the last check of each loop: an earlier one still pending is obsolete.
+ * The number of the last check of each loop. Pending checks with a lower number are obsolete.
  *
  * @type {WeakMap<Work, number>}
  */
 const checks = new WeakMap();
 /**
- * The last Undo or Redo: each waits for the one before, because it may have to update the run.
+ * The last Undo or Redo. Each waits for the previous one, which may have to update the run.
  *
  * @type {Promise<unknown>}
  */
@@ -142,14 +142,14 @@ export const store = {
   /** @type {Prediction | undefined} */
   prediction: undefined,
   /**
-   * The current run's test repeated with the values in the fields, and the state of the run at that time.
+   * The test of the current run, repeated with the values in the fields, and the state of the run at that time.
    *
    * @type {(import("./messages").Tried & { values: Values, of: State }) | undefined}
    */
   ghost: undefined,
   /** Whether the server has stopped responding. */
   isLost: false,
-  /** Whether a run is in progress. */
+  /** Whether the page is making calls, not paused. */
   isRunning: false,
 
   /**
@@ -177,7 +177,7 @@ export const store = {
    */
   say(what) {
     if (what instanceof ServerLost) {
-      // A single banner reports it for all lost requests.
+      // A single banner reports the loss of the server for all failed requests.
       if (store.isLost) return;
       store.isLost = true;
       store.emit("home");
@@ -213,7 +213,7 @@ export const store = {
    *
    * @param {string} name
    * @param {string} fmu the FMU's name in the catalogue
-   * @param {import("./messages").Loop} [of] the loop in a file
+   * @param {import("./messages").Loop} [of] the loop as read from a file
    * @param {string} [file] the file's name
    * @returns {Promise<Work>}
    */
@@ -284,10 +284,10 @@ export const store = {
   },
 
   /**
-   * Edits values of the current loop: they are in the fields, but not yet in force.
+   * Edits values of the current loop: changes them in the fields, but does not put them in force.
    *
    * @param {Values} values
-   * @param {boolean} [isTyped] whether this continues the last edit: all typing in a field is one edit
+   * @param {boolean} [isTyped] whether this continues the last edit: continuous typing in a field is a single edit
    */
   edit(values, isTyped = false) {
     const loop = store.loop;
@@ -317,7 +317,7 @@ export const store = {
   },
 
   /**
-   * Keeps invalid text in its field. The value in force is unchanged.
+   * Keeps invalid text in its field; the value in force is not changed.
    *
    * @param {string} name
    * @param {string} wrong
@@ -370,7 +370,7 @@ export const store = {
       loop.checked?.remarks.filter((remark) => remark.is_error).flatMap((remark) => remark.variables) ?? [];
     const good = wanted.filter((name) => loop.settings[name].wrong === undefined && !errors.includes(name));
     const isAll = good.length === wanted.length;
-    // Do not send values already in force: the curves would mark them as changes.
+    // Do not send values that are already in force: the curves would mark them as changes.
     const sending = good.filter((name) => isEdited(loop.settings[name]));
     if (sending.length === 0) return isAll;
     const values = Object.fromEntries(sending.map((name) => [name, loop.settings[name].value]));
@@ -388,13 +388,13 @@ export const store = {
     return isAll;
   },
 
-  /** Undoes the last edit, also in the run if the value is in force. @returns {Promise<unknown>} */
+  /** Undoes the last edit; values of it that are in force are also restored in the run. @returns {Promise<unknown>} */
   undo() {
     return store.restore("undo", "redo", "before");
   },
 
   /**
-   * Redoes the last undone edit; values that were in force with it are put in force again.
+   * Redoes the last undone edit; values of it that were in force are put in force again.
    *
    * @returns {Promise<unknown>}
    */
@@ -455,7 +455,8 @@ export const store = {
 
   /**
    * Sets the other members of the current loop, all its connections, the communication step and the exchange of values.
-   * If `isGoingOn`, the run continues with the current controller, and with the step and the exchange it began with.
+   * If `isGoingOn`, the run continues with the current controller, and with the step and the exchange with which it
+   * began.
    *
    * @param {Pick<Work, "members" | "connections" | "step" | "exchange">} changed
    * @param {boolean} [isGoingOn]
@@ -483,7 +484,7 @@ export const store = {
   },
 
   /**
-   * Sends values set after the run ended, now that it continues with another plant.
+   * After a failed run continues with another plant, sends the values that were set in the meantime.
    *
    * @param {Work} loop
    */
@@ -521,7 +522,7 @@ export const store = {
     if (!loop) throw new EngineError("Open or create a loop first.");
     const setup = store.setup();
     let state = await ask({ do: "start", ...setup });
-    // Variables stay forced until released, except those that the loop no longer has.
+    // Variables remain forced until they are released, except those that the loop no longer has.
     const held = Object.fromEntries(Object.entries(loop.notes.forced ?? {}).filter(([name]) => name in state.values));
     if (Object.keys(held).length > 0) state = await ask({ do: "force", act: "force", values: held });
     store.live = loop;
@@ -543,7 +544,7 @@ export const store = {
     const state = await ask(what === "same_bits" ? { do: what, run: run ?? null } : { do: what, run, values: {} });
     loop?.runs.push(state.run);
     await store.take(Promise.resolve(state));
-    // Values sent after the last call are in force, but not in the state yet.
+    // Values sent after the last call are in force, but not yet in the state.
     const { setup, events } = await ask({ do: "events" });
     for (const { call, variable: name, value, act = "set" } of events) {
       const [member, own] = split(name);
@@ -557,7 +558,7 @@ export const store = {
       Object.assign(loop, { members: members.slice(1), connections, step, exchange });
     }
     store.emit("settings", Object.keys(loop?.settings ?? {}));
-    // The repeated run has its own settings: make that change undoable.
+    // The repeated run may have other settings: make their change undoable.
     const change = before.map(({ name, one, before }) => ({ name, before, after: one.value }));
     const moved = change.filter(
       ({ name, before, after }) => !same(loop?.settings[name].variable.kind ?? "", before, after),
@@ -572,7 +573,8 @@ export const store = {
   },
 
   /**
-   * Makes calls, starting a run if the current loop has none. Pauses in the call in which the breakpoint becomes true.
+   * Makes calls, and starts a run if the current loop has none. Pauses after the call in which the breakpoint becomes
+   * true.
    *
    * @param {number} calls
    */
@@ -586,10 +588,10 @@ export const store = {
   },
 
   /**
-   * Makes calls until the loop settles or oscillates steadily.
+   * Makes calls until the loop has settled or oscillates steadily.
    *
    * @param {number} calls maximum number of calls
-   * @param {number} from when the user started it
+   * @param {number} from when the user started the run, in seconds
    * @returns {Promise<string>} `settled` or `swings`; empty if neither
    */
   async settle(calls, from) {
@@ -603,18 +605,19 @@ export const store = {
   },
 
   /**
-   * Sets values immediately, in the field, in force and in the run: under the controller's own names, or
-   * `MEMBER.VARIABLE` for others.
+   * Sets values immediately: in the fields, in force and in the run. Variables of the controller are given by their own
+   * names, others by `MEMBER.VARIABLE`.
    *
    * @param {Values} values
-   * @param {boolean} [isEvent] whether they belong only to the run in progress: the next one starts without them
+   * @param {boolean} [isEvent] whether values of other members apply only to the current run, so that the next run
+   * starts without them
    */
   async now(values, isEvent = false) {
     const loop = store.loop;
     if (!loop) return undefined;
     const full = named(loop, values);
     await prepareTakeover(loop, values);
-    // A run that has ended accepts no values: they take effect in the next one.
+    // A run that has failed accepts no values: they take effect in the next run.
     const isGoing = store.isLive() && !store.state?.failure;
     const state = isGoing ? await store.take(ask({ do: "send", values: full })) : undefined;
     /** @type {Values} */
@@ -649,7 +652,7 @@ export const store = {
   },
 
   /**
-   * Accepts a State from the engine: fields that are not edited follow the run.
+   * Accepts a State from the engine. Fields without edits follow the run.
    *
    * @param {Promise<State>} answer
    * @returns {Promise<State>}
@@ -682,7 +685,8 @@ export function isSettable(variable) {
   return variable.role !== "output" && variable.role !== "local";
 }
 
-/** Makes the values of a newly opened loop its initial ones, which cannot be undone. @param {Work} loop */
+/** Makes the current values of a newly opened loop its initial values; earlier edits can no longer be undone. @param
+ * {Work} loop */
 export function beginWith(loop) {
   loop.undo = [];
   for (const setting of Object.values(loop.settings)) setting.opened = setting.sent;
@@ -694,7 +698,7 @@ export function isEdited(setting) {
 }
 
 /**
- * The origin of a value.
+ * The origin of a setting's value.
  *
  * @param {Setting} setting
  * @param {"value" | "sent"} [which] the value in the field, or the value in force
@@ -707,7 +711,7 @@ export function source(setting, which = "value") {
 }
 
 /**
- * The settings of a loop that differ from the block's start values or are in its file, in the form that the engine
+ * The settings of a loop that are in its file or differ from the block's start values, in the form that the engine
  * accepts.
  *
  * @param {Work} loop
@@ -756,7 +760,7 @@ export function variable(loop, name) {
 }
 
 /**
- * The value of a controller's variable in the run, if the loop runs.
+ * The value of a controller's variable in the current run; `undefined` if the run belongs to another loop.
  *
  * @param {Work} loop
  * @param {string} name
@@ -767,7 +771,7 @@ export function runValue(loop, name) {
 }
 
 /**
- * The output connected to a controller's input, `PLANT.T`.
+ * The output connected to a controller's input, such as `PLANT.T`; `undefined` if it is not connected.
  *
  * @param {Work} loop
  * @param {string} name
@@ -791,7 +795,7 @@ function named(loop, values) {
 }
 
 /**
- * Splits a name into member and variable. Only a variable's name may contain a dot.
+ * Splits `MEMBER.VARIABLE` at the first dot: only the variable's name may contain dots.
  *
  * @param {string} name
  * @returns {[string, string]}
@@ -802,9 +806,9 @@ export function split(name) {
 }
 
 /**
- * Before manual mode ends, makes one call with the values set since the last call. In manual mode, each call prepares
- * the integral action for the settings and the setpoint of that call. A PLC makes many calls before the operator throws
- * the switch; a paused run makes none.
+ * Before manual mode ends, makes one call with the values set since the last call. In manual mode, each call adapts the
+ * integral action to the settings and the setpoint of that call. In a PLC, many calls are made before the operator ends
+ * manual mode; in a paused run, none.
  *
  * @param {Work} loop
  * @param {Values} values values about to be set
@@ -818,8 +822,8 @@ async function prepareTakeover(loop, values) {
 }
 
 /**
- * Updates settings moved in the run by a ramp or a repeated run, and returns their names. A value sent since the last
- * call is not in the state yet and is kept.
+ * Updates the settings that a ramp or a repeated run has changed in the run, and returns their names. A value sent
+ * since the last call is kept: it is not in the state yet.
  *
  * @param {Work | undefined} loop
  * @param {State} state
@@ -843,7 +847,7 @@ function follow(loop, state, before) {
 }
 
 /**
- * A name that the engine accepts: letters, digits and underscores, as in the name of a program variable.
+ * A unique member name for the engine: letters, digits and underscores, beginning with a letter.
  *
  * @param {string} name
  * @param {string} block

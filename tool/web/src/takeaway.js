@@ -1,6 +1,6 @@
 /**
- * Exports: the block's FMU with the loop's start values, parameter files, the run as a description, CSV, picture,
- * report.
+ * The drawer for exports: the block's FMU with the loop's values as start values, parameter files, the run as a
+ * description or CSV, a picture, and a report.
  *
  * @typedef {import("./messages").Export} Export
  */
@@ -20,7 +20,7 @@ import { asLoop, store } from "tool/store.js";
 import { tuning } from "tool/tune.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
-/** The address of a page opened from a file works only on this computer. */
+/** Who can open a link: the address of a page opened as a file works only on this computer. */
 const WHO_OPENS =
   location.protocol === "file:"
     ? "It works only on this computer: to share it, put the page on a server or a network share, open it there, and copy the link again."
@@ -75,7 +75,7 @@ export function save(name, content) {
 }
 
 /**
- * Shows the content of the files to be saved, for the current loop and those saved with it.
+ * Updates the preview of the files to be saved.
  *
  * @type {(() => void) | undefined}
  */
@@ -96,7 +96,7 @@ function show() {
     element("option", { value: "one" }, loop.name),
     store.loops.length > 1 && element("option", { value: "all" }, `all ${store.loops.length} open loops`),
   );
-  // Stimuli are not PLC settings: they are saved only if the user includes them.
+  // Stimuli are not settings of the PLC, so they are saved only if the user includes them.
   const stimuli = element("input", { type: "checkbox" });
   const names = element("span");
   const tried = element("label", stimuli, names);
@@ -108,7 +108,7 @@ function show() {
     const ofRun = Object.entries(loop.settings).filter(([, one]) => isTried(one));
     tried.hidden = ofRun.length === 0;
     names.textContent = ` also ${ofRun.map(([name]) => name).join(", ")} as in the run`;
-    // Everything that either button saves.
+    // Preview everything that either of the buttons saves.
     showSaved(content, [...new Set([...ofFile(), ...chosen()])], stimuli.checked);
   };
   for (const one of [which, stimuli]) one.addEventListener("change", () => showContent?.());
@@ -140,7 +140,7 @@ function show() {
   };
   fill(
     body,
-    // The address of plcfmu tool works only on this machine.
+    // The address of a page from plcfmu tool works only on this computer.
     whereIsTheEngine() === "page" &&
       element(
         "div.row",
@@ -197,7 +197,7 @@ function button(name, why, action) {
 }
 
 /**
- * The sources of a loop's program, and the command that builds an FMU from them.
+ * Buttons to save the sources of a loop's program, and the command that builds an FMU from them.
  *
  * @param {import("tool/store.js").Work} loop
  */
@@ -247,7 +247,7 @@ function preset(loop) {
   );
 }
 
-/** The files of an FMU that a preset changes, and their maximum size in bytes. */
+/** The files of an FMU that a preset changes, and the maximum size of each in bytes. */
 const OF_PRESET = ["modelDescription.xml", "documentation/index.html", "resources/start.txt"];
 const LARGEST = 1 << 26;
 

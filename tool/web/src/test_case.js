@@ -1,14 +1,14 @@
 /**
- * A program run as a test: the inputs call by call, and the observed outputs, from which the user selects the
- * expected ones. The result is a file for `plcfmu test`.
+ * Turns the run of a program into a test: the inputs as they were set, and the observed outputs, of which the user
+ * keeps those that are expected. The result is a file for `plcfmu test`.
  *
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("tool/history.js").Track} Track
  * @typedef {import("tool/store.js").Work} Work
  *
- * @typedef {object} Item a line of the list: values set before a call, or values observed from that call onward
+ * @typedef {object} Item a line of the list: values set before a call, or values observed after it
  * @property {number} call
- * @property {number} until last call with the observed values
+ * @property {number} until the last call with the observed values
  * @property {Map<Variable, number>} values
  * @property {boolean} isSet
  * @property {boolean} isKept
@@ -30,7 +30,7 @@ const WHOLE = /^(BYTE|WORD|DWORD|S?INT|USINT|UINT|DINT|UDINT)$/;
 const REAL = /^L?REAL$/;
 const BITS = /** @type {Record<string, number>} */ ({ BYTE: 8, WORD: 16, DWORD: 32 });
 
-/** The button that shows the list, and the element for the list. */
+/** Creates the button that shows the list, and the element for the list. */
 export function testMaker() {
   const place = element("div.test-maker");
   const button = element("button", { onclick: () => open(place).catch(store.say) }, "Save as test");
@@ -92,13 +92,13 @@ function seconds(call) {
   return Math.round(call * (store.state?.step ?? 1) * 1000) / 1000;
 }
 
-/** Whether a test can contain values of a variable. @param {Variable} of */
+/** Whether a test can contain values of a variable, by its type. @param {Variable} of */
 function isTestable({ kind }) {
   return isBoolean(kind) || isTime(kind) || WHOLE.test(kind) || REAL.test(kind);
 }
 
 /**
- * The inputs of the program and its observed outputs in the current run.
+ * The values set for the program in the current run, and the observed values of its outputs, in order.
  *
  * @param {Work} loop
  * @returns {Promise<Item[]>}
@@ -129,7 +129,7 @@ async function observed(loop) {
   const items = [...sets].map(([call, values]) => ({ call, until: call, values, isSet: true, isKept: true }));
   for (const [call, values] of expected)
     items.push({ call, until: lastOf([...values.keys()].map(of), call, last), values, isSet: false, isKept: true });
-  // Analog values change all the time: expect them when another output changes, and at the end.
+  // Analog values change all the time: expect them only when another output changes, and at the end.
   const calls = [...new Set([...expected.keys(), last])].sort((one, other) => one - other);
   const analog = results.filter((one) => !exact.includes(one));
   for (const [call, values] of group(analog, (one) => sampled(one, of(one), calls)))
@@ -146,8 +146,8 @@ async function observed(loop) {
 }
 
 /**
- * The calls in which a variable changes, with its values; before the first call, it has its start value. A forced
- * variable is set in each call.
+ * The calls in which a variable changes, with its values. Before the first call, it has its start value. While it is
+ * forced, every call is included, because a test must set it each time.
  *
  * @param {Variable} variable
  * @param {Track} track
@@ -170,8 +170,8 @@ function changes({ start }, track, spans, calls) {
 }
 
 /**
- * The values in given calls, without those equal to the previous one; before the first call, a variable has its start
- * value.
+ * The values in the given calls, without those equal to the previous one. Before the first call, a variable has its
+ * start value.
  *
  * @param {Variable} variable
  * @param {Track} track
@@ -228,7 +228,7 @@ function written(loop, items, name) {
   const list = (/** @type {string[]} */ texts) => `[${texts.map(quoted).join(", ")}]`;
   const head = [
     `# Recorded on the page of plcfmu: plcfmu test ${of.compiled.block}_test.toml`,
-    // Without sources, the program is the folder that contains the file.
+    // Without `sources`, the program consists of the folder that contains the test file.
     loop.notes.isFolder ? "" : `sources = ${list(files.map(({ file }) => file))}`,
     `cycle = "${Math.round((store.state?.step ?? 1) * 1000)}ms"`,
     run ? `fb = ${quoted(run)}` : "",
@@ -260,7 +260,7 @@ function literal({ kind }, value) {
   if (isTime(kind)) return `"${Math.round(value * 1000)}ms"`;
   if (kind in BITS && value < 0) return String(value + 2 ** BITS[kind]);
   const text = shown(value, kind);
-  // In TOML, a number without a decimal point is not a REAL.
+  // In TOML, a number without a decimal point is an integer.
   return REAL.test(kind) && /^-?\d+$/.test(text) ? `${text}.0` : text;
 }
 

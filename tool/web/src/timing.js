@@ -1,7 +1,7 @@
 /**
- * The timing diagram of a program: one lane per Boolean, steps as bands with numbers and names, analog values in panels
- * by unit, a cursor, and beside each signal its value at the cursor or now. Lanes are as high as a line of text and
- * scroll if necessary.
+ * The timing diagram of a program: a lane for each Boolean, steps as bands with numbers and names, a panel of analog
+ * values for each unit, and a cursor. Beside each signal is its value at the cursor or now. Lanes are as high as a line
+ * of text and scroll if necessary.
  *
  * @typedef {import("tool/history.js").Track} Track
  * @typedef {import("tool/store.js").Work} Work
@@ -39,13 +39,14 @@ import { compared, comparedText, hasRun, sameAgain } from "tool/same_again.js";
 import { store } from "tool/store.js";
 import { chooser, shownSignals, valueText } from "tool/timing_signals.js";
 
-/** The height of a lane in the style sheet, the minimum height of a panel, and the minimum width of a picture. */
+/** The height of a lane, which must equal that in the style sheet; the minimum height of a panel; and the minimum width
+ * of a picture; all in pixels. */
 const [LANE, PANEL, NARROWEST] = [22, 84, 100];
-/** The y coordinates of the high and the low level in a lane, and the margin at the top and the bottom of a panel. */
+/** The y coordinates of TRUE and FALSE in a lane, and the margin at the top and the bottom of a panel. */
 const [HIGH, LOW, MARGIN] = [4, 17, 8];
-/** Changes closer than this cannot be distinguished, in pixels. */
+/** Changes less than this many pixels apart are not distinguished. */
 const NEAR = 3;
-/** The approximate width of a letter, and the margin of a text. */
+/** The approximate width of a letter, and the space around a text, in pixels. */
 const [LETTER, ROOM] = [6.4, 6];
 /** The minimum distance for a pointer movement to count as a drag, in pixels. */
 const DRAG = 4;
@@ -72,21 +73,21 @@ let views = [];
 let choosing;
 /** @type {HTMLButtonElement} */
 let again;
-/** The differences from the repeated run. @type {HTMLElement} */
+/** The verdict on the repeated run: whether and where it differs from the earlier one. @type {HTMLElement} */
 let verdict;
 
 /** @type {Row[]} */
 let rows = [];
-/** A key of the data from which the rows were built. */
+/** Identifies the signals for which the rows were built. */
 let made = "";
-/** The known history of the run. @type {Map<string, Track>} */
+/** The known history of the run's signals, by name. @type {Map<string, Track>} */
 let known = new Map();
-/** The same for the run with which it is compared. @type {Map<string, Track>} */
+/** The same for the run with which it is compared, but only of signals that differ. @type {Map<string, Track>} */
 let before = new Map();
 /** @type {import("./messages").Curves | undefined} */
 let curves;
 
-/** Whether the cursor follows the pointer. */
+/** Whether the cursor follows the pointer, not pinned. */
 let isPointed = false;
 
 /** @param {HTMLElement} content the content of the curves panel, in which the diagram replaces the curves */
@@ -231,7 +232,7 @@ function refresh() {
   if (isShown()) soon();
 }
 
-/** The width of the pictures: what the column of names leaves. */
+/** The width of the pictures: that of the list without the column of names. */
 function width() {
   const names = Number.parseFloat(getComputedStyle(diagram).getPropertyValue("--names"));
   return Math.max(list.clientWidth - names, NARROWEST);
@@ -261,7 +262,7 @@ async function fetchSignals() {
       : await tracks(differing, { ...state, run: other, calls, time: timeOf(calls - 1), after: state.after && {} });
   const variables = of(true);
   const [from, to] = range();
-  // Include one point on either side, so that lines continue to the edges.
+  // Include one more call on each side, so that lines continue to the edges.
   const part = { from: Math.max(from - state.step, 0), to: to + state.step };
   curves = undefined;
   if (variables.length > 0) curves = await ask({ do: "view", variables, ...part, points: 2 * Math.round(width()) });
@@ -274,7 +275,7 @@ let names = [];
 /** Draws the visible rows. */
 function draw() {
   const [from, to] = range();
-  // Measure everything before changing anything, so that the layout runs only once.
+  // Measure everything before changing anything, so that the browser computes the layout only once.
   const [across, right, step] = [width(), list.offsetLeft + list.clientWidth, store.state?.step ?? 1];
   const [top, bottom] = [list.scrollTop, list.scrollTop + list.clientHeight];
   const seen = rows.filter(({ row }) => {
@@ -324,7 +325,8 @@ function held({ signals }, x, step, height) {
 }
 
 /**
- * Marks for the calls in which a signal differs from the repeated run; for an analog value, only for the first one.
+ * Marks for the calls in which a signal differs between a repeated run and the earlier one; for an analog value, only
+ * the first such call is marked.
  *
  * @param {Row} row
  * @param {(time: number) => number} x
@@ -365,7 +367,7 @@ function drawAxis(lines, x, across, length) {
   attribute(axis, "width", across);
   attribute(axis, "height", LANE);
   const unit = timeUnit(length);
-  // The unit is at the end: leave out numbers that would collide with it.
+  // The unit is at the end of the axis: leave out numbers that would overlap it.
   const numbers = lines.filter((time) => x(time) < across - unit.length * LETTER - 2 * LETTER);
   const written = numbers.map((time, at) =>
     svg(
@@ -505,7 +507,7 @@ function showValues() {
   attribute(slider, "aria-valuetext", [momentText() || "now", ...spoken].join("; "));
 }
 
-/** The time under the pointer, if it is over the pictures. @param {PointerEvent | MouseEvent} event */
+/** The time at the pointer; `undefined` if it is not over the pictures. @param {PointerEvent | MouseEvent} event */
 function pointed(event) {
   const left = list.getBoundingClientRect().left + list.clientWidth - width();
   const across = event.clientX - left;
@@ -514,7 +516,7 @@ function pointed(event) {
   return from + (across / width()) * (to - from);
 }
 
-/** Handles the pointer: it moves the cursor, a drag zooms, and a click pins the cursor. */
+/** Handles the pointer: moving it moves the cursor, dragging zooms, and a click pins the cursor. */
 function point() {
   /** Where a drag began. @type {{ x: number, time: number, cursor: number | undefined } | undefined} */
   let drag;
@@ -556,7 +558,7 @@ function point() {
     const end = pointed(event) ?? time;
     if (isDragged) zoom(Math.min(time, end), Math.max(time, end));
     else if (Math.abs(event.clientX - x) <= DRAG) {
-      // A click on the pinned cursor removes it.
+      // A click at the pinned cursor removes it.
       isPointed = false;
       const call = timeOf(callAt(time));
       if (cursor === call) lookAt(undefined);
@@ -591,14 +593,14 @@ function here() {
   return time === undefined ? lastCall() : callAt(time);
 }
 
-/** Moves the cursor by calls. @param {number} by */
+/** Moves the cursor by a number of calls. @param {number} by */
 function move(by) {
   isPointed = false;
   lookAt(timeOf(Math.min(Math.max(here() + by, 0), lastCall())));
   bringIntoSight();
 }
 
-/** Moves the cursor to the next call in which a lane or a step changes. @param {1 | -1} way */
+/** Moves the cursor to the next or the previous call in which a Boolean or a step changes. @param {1 | -1} way */
 function toChange(way) {
   const now = here();
   const found = rows.flatMap(({ signals: [{ name }] }) => {

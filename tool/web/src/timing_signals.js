@@ -1,6 +1,6 @@
 /**
- * The signals of a timing diagram: which are shown, how each is drawn, and the list for choosing them. The choice is
- * stored with the loop.
+ * The signals of a timing diagram: which are shown, how each is drawn, and the list in which the user chooses them. The
+ * choice is stored with the loop.
  *
  * @typedef {import("tool/signals.js").Signal} Signal
  * @typedef {import("tool/store.js").Work} Work
@@ -11,10 +11,10 @@
  * @property {string} label
  * @property {string} type PLC type
  * @property {string} unit
- * @property {Map<number, string>} names names of its values, if they are steps
+ * @property {Map<number, string>} names names of its values; empty if they are not steps
  * @property {number} colour index in the palette
  * @property {boolean} isDashed
- * @property {boolean} isStepped whether a value holds until the next
+ * @property {boolean} isStepped whether each value holds until the next one
  */
 
 import { element, fill } from "tool/dom.js";
@@ -26,12 +26,12 @@ import { number, plcText, shown } from "tool/values.js";
 
 /** The maximum number of signals shown by default, and of signals listed. */
 const [MOST_FIRST, MOST_LISTED] = [24, 200];
-/** The first free colour, after those of setpoint, process value and manipulated value. */
+/** The index of the first free colour, after those of setpoint, process value and manipulated value. */
 const FIRST_COLOUR = 3;
 const BITS = /^(BYTE|WORD|DWORD)$/;
 
 /**
- * The steps of programs, by name in the catalogue, under which the sources never change.
+ * The steps of programs, by name in the catalogue. They never change: changed sources get a new name.
  *
  * @type {Map<string, ReturnType<typeof steps>>}
  */
@@ -59,7 +59,7 @@ function namesOf(loop, { member, variable }) {
 }
 
 /**
- * The signals shown for a loop: the user's choice, otherwise the program's inputs, outputs and steps.
+ * The signals shown for a loop: the user's choice; by default, the program's inputs, outputs, steps and setpoint.
  *
  * @param {Work} loop
  * @returns {Promise<Shown[]>}
@@ -100,7 +100,7 @@ function chosen(loop, all) {
 }
 
 /**
- * A value in PLC notation, or a step with its name.
+ * A value in PLC notation; a step with its name, if `isNamed`.
  *
  * @param {import("./messages").Value} value
  * @param {Shown} of
@@ -114,7 +114,7 @@ export function valueText(value, { type, kind, names }, isNamed = true) {
 }
 
 /**
- * The list for choosing signals, initially folded.
+ * Creates the list for choosing signals, initially folded.
  *
  * @param {() => void} changed
  */
@@ -133,7 +133,7 @@ export function chooser(changed) {
     const fitting = all.filter(({ name, variable }) =>
       [name, variable.description].some((of) => of.toUpperCase().includes(wanted)),
     );
-    // Shown signals come first.
+    // Signals in the diagram come first.
     const sorted = [...fitting.filter(({ name }) => now.has(name)), ...fitting.filter(({ name }) => !now.has(name))];
     const choice = (/** @type {Signal} */ { name, variable }) => {
       const box = element("input", { type: "checkbox", checked: now.has(name) });
@@ -142,7 +142,7 @@ export function chooser(changed) {
         const next = box.checked ? [...names, name] : names.filter((one) => one !== name);
         loop.notes.timing = { ...loop.notes.timing, shown: next };
         changed();
-        // Save the choice.
+        // Have the session saved with the choice.
         store.emit("settings", []);
       });
       const unit = unitText(variable.unit);

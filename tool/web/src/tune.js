@@ -1,6 +1,6 @@
 /**
- * Tuning: identifies the plant's model from a step, computes settings by a rule, shows their predicted effects, and
- * applies them on request.
+ * The panel for tuning: identifies the plant's model from a step, computes settings by a rule, shows their predicted
+ * effects, and applies them on request.
  *
  * @typedef {import("./messages").Identified} Identified
  * @typedef {import("./messages").Method} Method
@@ -46,14 +46,15 @@ const BEFORE_STEP = 0.1;
  * @property {Method} method
  * @property {Rule} rule
  * @property {Structure} structure
- * @property {string} closedLoop lambda in seconds, or empty
- * @property {number | null} pace the alternative to lambda, from calm, 0, to fast, 1
- * @property {string} from the process value before the predicted step, or empty
- * @property {string} to the setpoint after it, or empty
+ * @property {string} closedLoop lambda in seconds, as typed, or empty
+ * @property {number | null} pace the alternative to lambda: from 0 (calm) to 1 (fast)
+ * @property {string} from the process value before the predicted step, as typed, or empty
+ * @property {string} to the setpoint after it, as typed, or empty
  * @property {[number, number] | null} ultimate gain and period found by a relay test
- * @property {string} step the size of the step test
+ * @property {string} step the size of the step in a step test, as typed
  * @property {import("./messages").Tuning | null} applied the tuning last applied
- * @property {string} [plant] the plant from which the model was identified; none for a recording or typed values
+ * @property {string} [plant] identifies the plant from which the model was identified; missing for a recording or typed
+ * values
  * @property {Model | undefined} heating
  * @property {Model | undefined} cooling
  */
@@ -61,21 +62,21 @@ const BEFORE_STEP = 0.1;
 /** @type {HTMLElement} */
 let body;
 /**
- * The recording to identify from; by default, the run.
+ * The opened recording and the columns to identify from, if any.
  *
  * @type {import("./csv.js").Recording & { time: string, input: string, output: string } | undefined}
  */
 let recorded;
 /** @type {() => void} */
 let endChart = () => {};
-/** The number of the last request: answers to earlier ones are ignored. */
+/** The number of the last request. Answers to earlier requests are ignored. */
 let asked = 0;
 /** @type {Tuned | undefined} */
 let tuned;
-/** The name of the rule of `tuned`. */
+/** The name of the rule that computed `tuned`. */
 let tunedBy = "";
 /**
- * All rules, and the step for which they are compared, as needed in a report.
+ * All rules with their predicted effects, and the step for which they are compared, as needed in a report.
  *
  * @type {Pick<import("./messages").Tuning, "rows" | "step">}
  */
@@ -116,7 +117,8 @@ export function mount(content) {
   store.on("settings", (names) => {
     showNext();
     showBode();
-    // Rules depend on CYCLE, the normalization and the pulse former; ignore settings that the rule itself has written.
+    // Rules depend on other settings, such as CYCLE, the normalization and the pulse former. Ignore changes to settings
+    // that the rule computes.
     const own = Object.keys(tuned?.values ?? {});
     if (tuned && names.some((/** @type {string} */ name) => !own.includes(name))) tune();
   });
@@ -210,7 +212,7 @@ function testButtons() {
     kept.step = size.value;
     fill(identifiedPlace, element("p", { role: "status" }, what));
     store.emit("pause");
-    // Display the action before the engine blocks the page.
+    // Let the browser display this text before the engine blocks the page.
     await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
     try {
       if (!store.isLive()) await store.begin();
@@ -219,7 +221,7 @@ function testButtons() {
       if (store.isLive()) await store.take(ask({ do: "state" }));
       refuse(error instanceof Error ? error.message : String(error));
     }
-    // Save the values set during the run so that they survive a reload, and report their effects.
+    // Have the session saved with the values set by the test, and the values checked.
     store.emit("settings", []);
     store.check();
   };
@@ -254,7 +256,7 @@ function testButtons() {
 }
 
 /**
- * Takes the ultimate gain and period from a relay test. If there is no model yet, they represent the plant.
+ * Uses the ultimate gain and period from a relay test. If there is no model yet, also uses the test's model.
  *
  * @param {import("./messages").RelayTested} tested
  */
@@ -282,11 +284,12 @@ function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
   tune();
 }
 
-/** Whether the last model was identified from a CSV rather than the run. @type {boolean | undefined} */
+/** Whether the last model was identified from a CSV (true) or the run (false); `undefined` if it was not identified.
+ * @type {boolean | undefined} */
 let isFromCsv;
 
 /**
- * The part of a loop's run covered by its last step test, without the return to the previous mode.
+ * The part of each loop's run covered by its last step test, without the return to the previous mode, in seconds.
  *
  * @type {WeakMap<object, { from: number, to: number }>}
  */
@@ -298,7 +301,7 @@ function identifyRun() {
   identify(false);
 }
 
-/** Identifies from the same data again, after a change to the method or the kind of plant. */
+/** Identifies from the same data again, after a change of the method or the kind of plant. */
 function identifyAgain() {
   if (isFromCsv !== undefined) identify(isFromCsv, store.loop && tests.get(store.loop));
 }
@@ -380,7 +383,7 @@ async function identify(fromCsv, part = {}) {
 }
 
 /**
- * Shows why no model was found, and clears the previous one, which does not belong to these data.
+ * Shows why no model was found, and clears the previous model, which does not belong to this data.
  *
  * @param {string} why
  */
@@ -433,7 +436,7 @@ function writeModel(of) {
   showUnits();
   for (const [name, input] of modelFields) {
     const value = /** @type {Record<string, any>} */ (of)[name] ?? 0;
-    // Four digits are more than a step can determine, but all are used in calculations.
+    // Show four digits, which are more than a step can determine; calculations use all digits.
     kept.model[name] = String(value);
     input.value = rounded(value, "LREAL", 4);
     input.dataset.full = String(value);
@@ -447,7 +450,7 @@ let unitsOf = { processValue: "", manipulatedValue: "" };
 
 async function findUnits() {
   const loop = store.loop;
-  // Do not show the units of the previous loop in the meantime.
+  // Until the units are known, do not show those of the previous loop.
   unitsOf = { processValue: "", manipulatedValue: "" };
   if (!loop) return;
   const found = await units(loop).catch(() => unitsOf);
@@ -529,7 +532,7 @@ function modelRow() {
 }
 
 /**
- * The model in the fields, or what is wrong with them; `undefined` if a field is empty.
+ * The model in the fields, or the problem with one of them; `undefined` if a field is empty.
  *
  * @returns {Model | string | undefined}
  */
@@ -657,7 +660,7 @@ async function tune() {
       ...{ pace: kept.pace, step, band, ultimate: kept.ultimate, exchange: loop.exchange },
     };
     const table = await ask({ do: "rules", ...request });
-    // There is no row for settings in force that cannot be evaluated, for example without P action.
+    // Settings in force that cannot be evaluated, for example without P action, get no row.
     const own = { ...request.controller, values: valuesOf(loop, "sent") };
     const present = await ask({ do: "in_force", ...request, controller: own }).catch(() => undefined);
     if (mine !== asked || store.loop !== loop) return;
@@ -678,7 +681,8 @@ async function tune() {
 }
 
 /**
- * A row of the table for a report, which is stored with the loop: without curves except for both ends of the setpoint.
+ * A row of the table as stored with the loop for a report: of the curves, it contains only the first and the last
+ * setpoint.
  *
  * @param {import("./messages").RuleOutcome} row
  */
@@ -702,7 +706,8 @@ function showBode() {
  *
  * @param {import("./messages").RulesTable} compared
  * @param {import("./messages").RuleOutcome | undefined} chosen
- * @param {string} place the value at which the typed step both begins and ends, so that it cannot be run; otherwise empty
+ * @param {string} place the value at which the typed step both begins and ends, so that it cannot be run; empty for a
+ * real step
  * @param {Tuned | undefined} present the settings in force, with their predicted effects
  */
 function showRules(compared, chosen, place, present) {
@@ -742,7 +747,7 @@ function showRules(compared, chosen, place, present) {
 }
 
 /**
- * A key of the plant and its connections: when it changes, the model is out of date.
+ * Identifies the plant and its connections: if this text changes, the model is out of date.
  *
  * @param {import("tool/store.js").Work} loop
  */
@@ -801,7 +806,7 @@ function nextRow(loop, rule, answer, isStep) {
 }
 
 /**
- * Runs the predicted step, which begins in automatic mode, in steady state.
+ * Runs the predicted step: settles the loop in automatic mode at `from`, then steps the setpoint.
  *
  * @param {string} setpoint
  * @param {number} from
@@ -821,7 +826,7 @@ async function runStep(setpoint, from, to) {
   }
 }
 
-/** Shows the part of the run in which the predicted step will be. */
+/** Zooms to the part of the run in which the predicted step will be. */
 function showStep() {
   const { times = [] } = store.prediction?.curves ?? {};
   const [start, length] = [store.state?.time ?? 0, (times.at(-1) ?? 0) - (times[0] ?? 0)];
@@ -851,7 +856,7 @@ export function tuning() {
   return store.loop ? notes().applied : null;
 }
 
-/** Shows the ratio of heating and cooling, for blocks that have one. */
+/** Shows the row for the ratio of heating and cooling, for blocks with a setting for it. */
 function showRatio() {
   if (store.loop) fill(ratioPlace, ratioRow(store.loop, notes(), model));
 }

@@ -1,5 +1,5 @@
 /**
- * Where a variable of a program is declared, written and read, and the bar with links to these places.
+ * Finds where a variable of a program is declared, written and read, and shows the bar with links to these places.
  *
  * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").Compiled} Compiled
@@ -14,14 +14,14 @@
  *
  * @typedef {object} Way a link in the bar
  * @property {string} label
- * @property {string} title what it does
+ * @property {string} title what the place does with the variable
  * @property {() => void} go
  */
 
 import { element, fill } from "tool/dom.js";
 import { store } from "tool/store.js";
 
-/** The maximum number of places of each kind listed. */
+/** The maximum number of links in each group. */
 const MOST_LISTED = 12;
 
 /** @param {string} text */
@@ -35,7 +35,7 @@ function first(path) {
 }
 
 /**
- * Where a variable is declared; `undefined` for a tag from a tag table, which no source declares.
+ * Where a variable is declared; `undefined` if no source declares it, as with a tag from a tag table.
  *
  * @param {Compiled} compiled
  * @param {Block} block
@@ -53,7 +53,8 @@ export function declarationOf(compiled, block, { path, isGlobal }) {
 }
 
 /**
- * The lines that write a variable, and those that read it. An input of a block is written where the block is called.
+ * The lines that write a variable, and those that read it. A block's parameter is also written where a call passes a
+ * value for it.
  *
  * @param {Compiled} compiled
  * @param {Block} block
@@ -82,7 +83,7 @@ export function usesOf(compiled, block, of) {
 }
 
 /**
- * Where a block is called with a value for one of its parameters.
+ * The lines in which calls of a block pass a value for one of its parameters.
  *
  * @param {Compiled} compiled
  * @param {Block} block
@@ -106,11 +107,11 @@ function callers(compiled, block, formal) {
 }
 
 /**
- * Fills the bar of a chosen variable: its value, buttons to explain and watch it, and links to its uses.
+ * Fills the bar for a chosen variable: its value, buttons to explain and watch it, and links to its uses.
  *
  * @param {HTMLElement} bar
  * @param {string} text the variable as written
- * @param {{ text: string, name: string | undefined } | undefined} found its value, and its name if the run has it
+ * @param {{ text: string, name: string | undefined } | undefined} found its value, and its name if the run records it
  * @param {[string, Way[]][]} ways links, each group with its heading
  */
 export function showUsage(bar, text, found, ways) {

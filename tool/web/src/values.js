@@ -1,5 +1,5 @@
 /**
- * Values in the PLC, and their text as users read and write it.
+ * Converts values of PLC types to and from the text that users read and type.
  *
  * @typedef {import("./messages").Value} Value
  */
@@ -51,7 +51,7 @@ export function same(kind, one, other) {
 }
 
 /**
- * A value with just enough digits to tell it from its neighbours in its type. A REAL 0.1 is `0.1`.
+ * A value with just enough digits to distinguish it from its neighbours in its type: a REAL 0.1 is `0.1`.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind
@@ -68,7 +68,7 @@ export function shown(value, kind) {
 }
 
 /**
- * A value rounded to this many digits, for display and never for copying.
+ * A value rounded to this many significant digits, for display only: copied values must be exact.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind
@@ -81,11 +81,11 @@ export function rounded(value, kind, digits = 5) {
   return String(Number(x.toPrecision(digits)));
 }
 
-/** PLC bit strings, with their number of hexadecimal digits. @type {Record<string, number>} */
+/** The bit string types, with their numbers of hexadecimal digits. @type {Record<string, number>} */
 const BITS = { BYTE: 2, WORD: 4, DWORD: 8 };
 
 /**
- * A bit string in PLC notation, `16#0002`; `undefined` for other types.
+ * A bit string in PLC notation, such as `16#0002`; `undefined` for other types.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind
@@ -100,8 +100,8 @@ export function hexadecimal(value, kind) {
 }
 
 /**
- * A value of a program in PLC notation: a TIME or a bit string in its own form, a whole number with all digits, other
- * numbers rounded for display.
+ * A value of a program in PLC notation: TIMEs and bit strings in their own notations, whole numbers with all digits,
+ * other numbers rounded for display.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind
@@ -115,7 +115,7 @@ export function plcText(value, kind, digits = 7) {
 }
 
 /**
- * A TIME in PLC notation: `T#1M20S500MS`.
+ * A TIME in PLC notation, such as `T#1M20S500MS`.
  *
  * @param {number} seconds
  */

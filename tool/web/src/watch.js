@@ -1,6 +1,6 @@
 /**
- * The watch table: variables of the user's choice with their values, now or at the cursor. Each can be set once, or
- * forced in every call. The table is stored with the loop.
+ * The watch table: variables chosen by the user, with their values now or at the cursor. Each can be set once, or
+ * forced in every call. The choice is stored with the loop.
  *
  * @typedef {import("./messages").Value} Value
  * @typedef {import("tool/signals.js").Signal} Signal
@@ -131,7 +131,7 @@ function row(loop, { name, member, variable }) {
   const set = () => {
     const values = given();
     if (!values) return;
-    // A settable input is set through its field.
+    // A tunable setting is set like in its own field, so that the field and the next run have the value, too.
     const isInput = isSettable(variable) && variable.is_tunable && !wire && !isForced(name);
     const own = member === loop.member ? { [split(name)[1]]: values[name] } : values;
     (isInput ? store.now(own) : write(values)).catch(store.say);

@@ -1,7 +1,7 @@
 /**
- * Why a variable has its value: the statement that wrote it last, the conditions under which it ran, and the operands
- * of both, each of which can be explained in turn. The engine records which statements ran in a call and which operands
- * decided; other values are those at the end of the call.
+ * Explains why a variable has its value: by the statement that wrote it last, the conditions under which that statement
+ * ran, and the operands of both, each of which can be explained in turn. The engine records which statements ran in a
+ * call and which operands decided; other values are those at the end of the call.
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Decision} Decision
@@ -17,17 +17,17 @@
  * @property {string} block its block
  * @property {number} number index of the write in its block
  * @property {string} instance its instance
- * @property {string} prefix path prefix of that instance
+ * @property {string} prefix path of that instance with a dot; empty for the program itself and for global variables
  * @property {[string, string][]} constants constants of its block, with their values
  * @property {import("./messages").Network[]} networks networks of its block
  *
  * @typedef {object} Call the known facts about a call
  * @property {number} call
  * @property {Values} values at its end
- * @property {import("./messages").Value | null} [before] value of the explained variable before the call
- * @property {number} [first] first line that wrote it in the call: up to this line, `before` is read
+ * @property {import("./messages").Value | null} [before] the explained variable's value before the call
+ * @property {number} [first] the first line that wrote it in the call: statements up to this line read `before`
  * @property {import("./messages").Monitored} monitored
- * @property {[string, string][]} looked the blocks for which decisions were requested, with their instances
+ * @property {[string, string][]} looked the blocks for which decisions were requested, each with its instance
  */
 
 import { element, fill } from "tool/dom.js";
@@ -40,15 +40,16 @@ import { called } from "tool/signals.js";
 import { isSettable, split, store } from "tool/store.js";
 import { plcText } from "tool/values.js";
 
-/** The last call for which the executed statements are known. */
+/** The executed statements are known only for calls before this one, because the engine must repeat the run up to the
+ * call. */
 const MOST_CALLS = 20_000;
-/** The maximum number of executed statements listed, and of others. */
+/** The maximum number of statements listed that ran, and of those that did not. */
 const MOST_LISTED = 6;
 
 /** @type {HTMLElement} */
 let place;
 /**
- * The questions asked so far, latest last, each with its call; by default, the call at the cursor or the current one.
+ * The questions asked so far, the latest last. Each is for a call; by default, the call at the cursor or the last one.
  *
  * @type {{ name: string, call?: number }[]}
  */
@@ -56,7 +57,7 @@ let asked = [];
 /** The call whose decisions are marked in the networks. @type {number | undefined} */
 let marked;
 
-/** The panel for the answer. */
+/** Creates the panel for the answers. */
 export function whyPanel() {
   place = element("section.why", { "aria-live": "polite", hidden: true });
   store.on("why", (/** @type {string} */ name) => {
@@ -65,7 +66,7 @@ export function whyPanel() {
     answer(name);
   });
   store.on("loop", close);
-  // Remove the marks of one call from the networks of another.
+  // Remove the marks from the networks when another call is displayed.
   for (const what of ["cursor", "state"])
     store.on(what, () => marked !== undefined && marked !== shownCall() && unmark());
   return place;
@@ -121,7 +122,7 @@ async function answer(name, of) {
 }
 
 /**
- * The known facts about a variable in a call.
+ * The explanation of a variable's value in a call.
  *
  * @param {Work} loop
  * @param {string} name
@@ -151,7 +152,7 @@ async function explained(loop, name, call) {
   if (call >= MOST_CALLS) return says(`Which statements ran is known only for the first ${MOST_CALLS} cycles.`);
   const all = writesOf(of.compiled, own);
   if (all.length === 0) return says("No statement of the program writes it: it has its start value.");
-  // Statements that ran in this call, otherwise those of the call that last changed the variable.
+  // Use the statements that ran in this call or, if there are none, in the call that last changed the variable.
   let at = await callOf(member, call, all);
   if (!all.some((one) => hasRun(at, one)) && changed) at = await callOf(member, changed, all);
   const ran = all.filter((one) => hasRun(at, one)).reverse();
@@ -187,7 +188,7 @@ async function callOf(member, call, all) {
   return { call, values, looked, monitored: await ask({ do: "monitor", member, call, why: looked }) };
 }
 
-/** The recorded decisions for a statement. @param {Call} at @param {Found} of */
+/** The recorded decisions for a statement, if there are any. @param {Call} at @param {Found} of */
 function decisionsOf({ looked, monitored }, { block, instance, number }) {
   const asked = looked.findIndex((one) => one[0] === block && one[1] === instance);
   return monitored.decided[asked]?.[number];
@@ -212,7 +213,8 @@ function plain(text) {
 }
 
 /**
- * The statements that may write a variable: those that name it, otherwise calls of the instance to which it belongs.
+ * The statements that may write a variable: those that name it or, if there are none, those that write the structure or
+ * call the instance that contains it.
  *
  * @param {Compiled} compiled
  * @param {string} own
@@ -223,7 +225,7 @@ function writesOf(compiled, own) {
   const all = compiled.blocks.flatMap((block) => {
     const parts = compiled.parts.filter((part) => plain(part.block) === plain(block.name));
     const instances = parts.map(({ path }) => path);
-    // It is unknown which of several instances wrote it, and a function has none.
+    // It is unknown which of several instances wrote a global variable, and a function has no instance.
     const global = [instances.length === 1 ? instances[0] : ""];
     return block.writes.flatMap((write, number) =>
       (write.is_global ? global : instances).map((instance) => {
@@ -240,7 +242,7 @@ function writesOf(compiled, own) {
       }),
     );
   });
-  // A variable index may have any value.
+  // An index that is a variable may have any value, so all indices are considered equal.
   const fits = (/** @type {string} */ path) =>
     path === wanted ||
     (path.includes("[") && path.replace(/\[[^\]]*\]/g, "[]") === wanted.replace(/\[[^\]]*\]/g, "[]"));
@@ -249,7 +251,7 @@ function writesOf(compiled, own) {
 }
 
 /**
- * A statement with its operands and the conditions under which it runs.
+ * Shows a statement with its operands and the conditions under which it runs.
  *
  * @param {Work} loop
  * @param {string} member
@@ -262,7 +264,7 @@ function statement(loop, member, of, at, title, name) {
   const { write, file } = of;
   const decisions = decisionsOf(at, of);
   const ran = hasRun(at, of);
-  // A number has no deciding operands: it is calculated.
+  // A number has no deciding operands, because it is calculated from all of them.
   const value = ran && decisions?.value?.truth !== null ? decisions?.value : null;
   const reads = (/** @type {Named[]} */ names, /** @type {Decision | null | undefined} */ decision) =>
     apart(operands(loop, member, of, names, at, decision, name), decision);
@@ -280,8 +282,8 @@ function statement(loop, member, of, at, title, name) {
       "ul",
       guardsOf(write, ran).map((guard) => {
         const decision = decisions?.guards[write.guards.indexOf(guard)];
-        // The statement ran, so a contrary record is from a later evaluation; in a loop, it is the one that ended the
-        // loop.
+        // The statement ran, so a recorded value to the contrary is from a later evaluation of the condition; in a
+        // loop, from the one that ended the loop.
         const isAgain = ran && decision?.truth === guard.is_negated;
         const isEnd = isAgain && (guard.of === "while" || guard.of === "until");
         return element(
@@ -296,14 +298,16 @@ function statement(loop, member, of, at, title, name) {
   );
 }
 
-/** The location of a statement: a drawn network, or a line. @param {Found} of @param {number} line */
+/** The location of a statement: the network that contains it, if there is just one; otherwise, its line. @param {Found}
+ * of @param {number} line */
 function networkOrLine({ networks }, line) {
   const drawn = networks.filter(({ elements }) => elements.some((one) => one.line === line));
   return drawn.length === 1 ? `network ${drawn[0].number}` : `line ${line}`;
 }
 
 /**
- * The conditions of a statement. The condition of REPEAT is at the end and cannot keep a statement from running.
+ * The conditions of a statement. For one that did not run, without the condition of REPEAT, which is evaluated only at
+ * the end of the loop and cannot prevent a statement from running.
  *
  * @param {Write} write
  * @param {boolean} ran
@@ -349,7 +353,7 @@ function apart(all, decision) {
 }
 
 /**
- * The keyword of a condition: in a CASE it is a value with a label, not a truth value.
+ * The words before a condition. In a CASE, the condition is a value, not a truth value.
  *
  * @param {import("./messages").Guard} guard
  */
@@ -359,11 +363,12 @@ function wordOf({ of, is_negated: isNegated }) {
   return `${of} `;
 }
 
-/** The order of operands; an operand read twice gets the first part that applies. @type {(string | undefined)[]} */
+/** The order in which operands are listed. An operand that is read more than once is listed with the first of these
+ * that applies. @type {(string | undefined)[]} */
 const PARTS = ["decided", "shared", "idle", undefined];
 
 /**
- * The variables read, each once, with their part in the decision.
+ * The variables that were read, each only once, with their parts in the decision.
  *
  * @param {Work} loop
  * @param {string} member
@@ -397,7 +402,7 @@ function operands(loop, member, { write, prefix, constants }, names, at, decisio
   });
 }
 
-/** A value without a further explanation. @param {string} text @param {string} [title] */
+/** A value that cannot be explained further. @param {string} text @param {string} [title] */
 function value(text, title) {
   return element("span.value", { title }, text);
 }
@@ -409,7 +414,7 @@ function value(text, title) {
  * @param {string} name
  * @param {Values} values
  * @param {number} call the call for which it is explained
- * @param {boolean | null} [was] its value when the condition was evaluated
+ * @param {boolean | null} [was] the value that it had when the condition was evaluated
  */
 function operand(loop, name, values, call, was) {
   const [member, own] = split(name);

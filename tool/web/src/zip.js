@@ -1,25 +1,25 @@
-/** Extracts files from a ZIP archive, and replaces files in one. */
+/** Extracts files from ZIP archives, and copies archives with some files replaced. */
 
 const END = 0x06054b50;
 const ENTRY = 0x02014b50;
 const FILE = 0x04034b50;
 const [STORED, DEFLATED] = [0, 8];
 /**
- * 1 January 1980, the earliest date possible in an archive; it is fixed, so that the same content always gives the same
- * bytes.
+ * The date of all files: 1 January 1980, the earliest that an archive can express. It is fixed, so that the same
+ * content always results in the same bytes.
  */
 const DAY = 0x21;
 /** The flag for UTF-8 names. */
 const UTF8 = 0x800;
 
 /**
- * The directory of an archive: its files, each with the offset of its entry.
+ * Reads the directory of an archive: its bytes, and the offset of each file's entry in it.
  *
  * @param {Blob} archive
  * @throws {Error} if it is not an archive
  */
 async function opened(archive) {
-  // The end of the directory may be followed by a comment of up to 65535 bytes.
+  // The record at the end of the archive may contain a comment of up to 65535 bytes.
   const from = Math.max(0, archive.size - 22 - 0xffff);
   const tail = new DataView(await archive.slice(from).arrayBuffer());
   let end = tail.byteLength - 22;
@@ -53,7 +53,7 @@ export async function unzipped(archive, path, limit) {
 }
 
 /**
- * The contents of files in an archive, by path.
+ * The contents of the wanted files in an archive, by path.
  *
  * @param {Blob} archive
  * @param {(path: string) => boolean} isWanted
@@ -98,7 +98,7 @@ export async function rezipped(archive, changed, isLeftOut) {
    */
   const add = (path, packed, { method, sum, size, attributes }) => {
     const name = new TextEncoder().encode(path);
-    // The fields common to a file's header and its directory entry, beginning with the required version.
+    // The fields that a file's header and its directory entry have in common, beginning with the version needed.
     const shared = new DataView(new ArrayBuffer(26));
     shared.setUint16(0, 20, true);
     shared.setUint16(2, UTF8, true);
@@ -174,7 +174,7 @@ function checksum(of) {
 }
 
 /**
- * A file in compressed form.
+ * The compressed bytes of a file in an archive.
  *
  * @param {Blob} archive
  * @param {DataView} directory
