@@ -11,8 +11,9 @@ import { ask } from "tool/engine.js";
 import { valuesOf } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** The lowest amplitude in dB and phase in degrees that are drawn: lower values are useless and would compress the
- * plot. */
+/**
+ * The lowest amplitude in dB and phase in degrees that are drawn: lower values are useless and would compress the plot.
+ */
 const [LOWEST_AMPLITUDE, LOWEST_PHASE] = [-40, -360];
 
 /**

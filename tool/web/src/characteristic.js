@@ -1,5 +1,7 @@
-/** The characteristics of a pulse former with the values in its fields: the mean of the pulses as a function of the
- * input. */
+/**
+ * The characteristics of a pulse former with the values in its fields: the mean of the pulses as a function of the
+ * input.
+ */
 
 import { element, fill, svg } from "tool/dom.js";
 import { ask } from "tool/engine.js";

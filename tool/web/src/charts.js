@@ -67,8 +67,11 @@ export function paperTheme() {
   return { ...palette(false), ...ON_PAPER };
 }
 
-/** The colours from the palette, which the style sheet, the charts and the printed pictures share. @param {boolean}
- * isDark */
+/**
+ * The colours from the palette, which the style sheet, the charts and the printed pictures share.
+ *
+ * @param {boolean} isDark
+ */
 function palette(isDark) {
   const style = getComputedStyle(document.documentElement);
   const colour = (/** @type {string} */ name) =>

@@ -99,8 +99,11 @@ let base = () => 0;
 let marks = [];
 /** @type {View} */
 let view = { times: [], values: [], units: [], is_exact: true };
-/** The fetched curves of earlier runs, by run; `key` identifies the part and the variables fetched. @type {Map<number,
- * { key: string, view: View }>} */
+/**
+ * The fetched curves of earlier runs, by run; `key` identifies the part and the variables fetched.
+ *
+ * @type {Map<number, { key: string, view: View }>}
+ */
 const earlier = new Map();
 
 /** @param {HTMLElement} content */

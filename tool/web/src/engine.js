@@ -28,8 +28,10 @@ const tab = [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.t
 /** The pause before reconnecting, in milliseconds. The server keeps an engine without a connection ten times as long. */
 const AGAIN = 1000;
 
-/** Settles when the last request has been answered. Each request waits for the previous one, so that the server's
- * engine receives them in order. */
+/**
+ * Settles when the last request has been answered. Each request waits for the previous one, so that the server's engine
+ * receives them in order.
+ */
 /** @type {Promise<unknown>} */
 let last = home === "server" ? stayConnected() : Promise.resolve();
 

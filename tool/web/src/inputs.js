@@ -19,8 +19,11 @@ import { number, shown } from "tool/values.js";
 const PUSH_COMMENT = /push.?button|\bbutton\b|momentary|\btaster\b|\bpulse\b/i;
 const PUSH_NAME = /(^|_)(start|stop|reset|ack|acknowledge|quit|confirm|jog)\w*$/i;
 
-/** Functions that show a new value in an input's control, by input name. @type {Map<string, (value:
- * import("./messages").Value) => void>} */
+/**
+ * Functions that show a new value in an input's control, by input name.
+ *
+ * @type {Map<string, (value: import("./messages").Value) => void>}
+ */
 const fields = new Map();
 /** The elements for the value at the cursor, by input name. @type {Map<string, [Variable, HTMLElement]>} */
 const moments = new Map();

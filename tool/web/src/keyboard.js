@@ -1,5 +1,7 @@
-/** The keys for the whole page. Most of them work only outside fields. The panels act on them by listening to events of
- * the store. */
+/**
+ * The keys for the whole page. Most of them work only outside fields. The panels act on them by listening to events of
+ * the store.
+ */
 
 import { closeDrawer, toggleDrawer } from "tool/panels.js";
 import { store } from "tool/store.js";

@@ -35,8 +35,11 @@ let told;
 let block;
 /** @type {(of: import("tool/usage.js").Variable) => Way | undefined} */
 let declaration = () => undefined;
-/** The block and the wires of the operands that decided the value which the user asked about. @type {{ block: string,
- * wires: Set<number> } | undefined} */
+/**
+ * The block and the wires of the operands that decided the value which the user asked about.
+ *
+ * @type {{ block: string, wires: Set<number> } | undefined}
+ */
 let decided;
 
 store.on("decided", (/** @type {typeof decided} */ of) => {

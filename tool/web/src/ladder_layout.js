@@ -282,8 +282,13 @@ function wire(placed, to, pin, from, tops, heights) {
   return { from, path, dots };
 }
 
-/** Whether there is an element between two others in a row. @param {Placed[]} placed @param {Placed} from @param
- * {Placed} to */
+/**
+ * Whether there is an element between two others in a row.
+ *
+ * @param {Placed[]} placed
+ * @param {Placed} from
+ * @param {Placed} to
+ */
 function between(placed, from, to) {
   return placed.some(({ row, column }) => row === from.row && column > from.column && column < to.column);
 }

@@ -25,8 +25,11 @@ const FIRST_EXAMPLE = "furnace";
 
 let page = 0;
 let filter = "";
-/** The title of the column to sort by; by default, rows are in the order of their files. @type {{ title: string,
- * isDown: boolean } | undefined} */
+/**
+ * The title of the column to sort by; by default, rows are in the order of their files.
+ *
+ * @type {{ title: string, isDown: boolean } | undefined}
+ */
 let sorting;
 /** The roles of the blocks' variables, by block name. @type {Map<string, import("./messages").Roles>} */
 const rolesOf = new Map();

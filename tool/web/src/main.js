@@ -1,5 +1,7 @@
-/** Starts the page. The module of each panel exports a function `mount`, which is passed the element for the panel's
- * content. */
+/**
+ * Starts the page. The module of each panel exports a function `mount`, which is passed the element for the panel's
+ * content.
+ */
 
 import { mount as bar } from "tool/bar.js";
 import { mount as compare } from "tool/compare.js";

@@ -29,8 +29,11 @@ let zoomed;
 let ofStep;
 /** The cursor position in seconds; `undefined` is now. @type {number | undefined} */
 let cursor;
-/** All values at the cursor; `key` identifies the run and the time of the call. @type {{ key: string, values: Values }
- * | undefined} */
+/**
+ * All values at the cursor; `key` identifies the run and the time of the call.
+ *
+ * @type {{ key: string, values: Values } | undefined}
+ */
 let got;
 let isAsking = false;
 /** All current values, and the state they belong to. @type {{ state: typeof store.state, values: Values }} */
@@ -106,8 +109,10 @@ export function momentText() {
   return cursor === undefined ? "" : `at ${rounded(cursor, "REAL", 9)} s`;
 }
 
-/** Fetches the values at the cursor. Only one request is pending at a time; if the cursor has moved meanwhile, another
- * one follows. */
+/**
+ * Fetches the values at the cursor. Only one request is pending at a time; if the cursor has moved meanwhile, another
+ * one follows.
+ */
 async function fetchValues() {
   const state = store.isLive() ? store.state : undefined;
   if (isAsking || !state || cursor === undefined || state.calls === 0) {

@@ -81,8 +81,12 @@ let badge;
 let variables = new Map();
 /** The panel that explains why a variable has its value. @type {HTMLElement} */
 let why;
-/** The program's activity in the last call or in the call at the cursor; the next three variables say for which it was
- * fetched. @type {Monitored | undefined} */
+/**
+ * The program's activity in the last call or in the call at the cursor; the next three variables say for which it was
+ * fetched.
+ *
+ * @type {Monitored | undefined}
+ */
 let monitored;
 /** The cursor position of `monitored`. @type {number | undefined} */
 let monitoredAt;
@@ -288,8 +292,10 @@ function head() {
   );
 }
 
-/** The block in the displayed source whose networks can be drawn: the block that the user chose, else the block that
- * runs, else the first. */
+/**
+ * The block in the displayed source whose networks can be drawn: the block that the user chose, else the block that
+ * runs, else the first.
+ */
 function withNetworks() {
   const all = showing?.compiled.blocks.filter((one) => one.file === file && one.networks.length > 0) ?? [];
   return all.find(({ name }) => name === looked) ?? all.find((one) => one === runBlock()) ?? all[0];
@@ -308,8 +314,11 @@ function look(name, path) {
   due();
 }
 
-/** Whether a source contains only the texts of another document, with which they are shown. @param {{ file: string }}
- * of */
+/**
+ * Whether a source contains only the texts of another document, with which they are shown.
+ *
+ * @param {{ file: string }} of
+ */
 function isText({ file: name }) {
   return /\.s7res$/i.test(name);
 }
@@ -484,8 +493,11 @@ function showSelected() {
   showUsage(usage, path, store.isLive() ? valueNow(block, path, isGlobal) : undefined, ways);
 }
 
-/** In the source, Enter moves to the first visible name; arrow keys move from name to name. @param {KeyboardEvent}
- * event */
+/**
+ * In the source, Enter moves to the first visible name; arrow keys move from name to name.
+ *
+ * @param {KeyboardEvent} event
+ */
 function keyOfName(event) {
   const { key, target } = event;
   if (!(target instanceof HTMLElement) || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -617,8 +629,11 @@ async function due() {
 
 /** Whether the executed lines of this program have already been scrolled into view. */
 let isBrought = false;
-/** The index of the topmost line after the source was opened at its code; `undefined` if it has not been opened there.
- * @type {number | undefined} */
+/**
+ * The index of the topmost line after the source was opened at its code; `undefined` if it has not been opened there.
+ *
+ * @type {number | undefined}
+ */
 let openedAt;
 /** The state whose values are displayed. @type {unknown} */
 let shownState;
@@ -663,8 +678,11 @@ function update() {
   }
 }
 
-/** The visible lines. They are all found before any is changed, so that the browser computes the layout only once.
- * @param {number} margin */
+/**
+ * The visible lines. They are all found before any is changed, so that the browser computes the layout only once.
+ *
+ * @param {number} margin
+ */
 function inSight(margin) {
   const { top, bottom } = sheet.getBoundingClientRect();
   const isIn = (/** @type {HTMLElement} */ of) => {

@@ -7,15 +7,19 @@ import { bringUpToDate, shownPicture } from "tool/curves.js";
 import { outline } from "tool/outline.js";
 import { store } from "tool/store.js";
 
-/** The sizes of pictures. Those for a report are smaller: a report is narrow, so they are scaled down less, and their
- * text stays legible. */
+/**
+ * The sizes of pictures. Those for a report are smaller: a report is narrow, so they are scaled down less, and their
+ * text stays legible.
+ */
 const SIZES = { alone: [1200, 640], report: [800, 560] };
 const MARGINS = { left: 76, right: 76, top: 146, bottom: 48 };
 /** The number of PNG pixels per pixel of the picture. */
 const SCALE = 2;
 const LANE = 0.68;
-/** The number of rows for the labels of marks, their spacing, the width of a letter, and the space for the count of
- * omitted labels. */
+/**
+ * The number of rows for the labels of marks, their spacing, the width of a letter, and the space for the count of
+ * omitted labels.
+ */
 const [ROWS, LINE, LETTER, MORE] = [3, 15, 7.2, 26];
 
 /** @param {unknown} text */

@@ -10,15 +10,21 @@ import { choice, element, text } from "tool/dom.js";
 import { read } from "tool/values.js";
 
 const CPUS = ["300", "1200", "1500"];
-/** The options that are lists of names: key, title, purpose. @type {["inputs" | "outputs" | "parameters", string,
- * string][]} */
+/**
+ * The options that are lists of names: key, title, purpose.
+ *
+ * @type {["inputs" | "outputs" | "parameters", string, string][]}
+ */
 const LISTS = [
   ["inputs", "Inputs", "Settings or data block members that become inputs"],
   ["outputs", "Outputs", "Locals or data block members that become outputs"],
   ["parameters", "Parameters", "Inputs that become parameters"],
 ];
-/** The options that are pairs of a name and a value: key, title, example, separator. @type {["tags" | "constants",
- * string, string, string][]} */
+/**
+ * The options that are pairs of a name and a value: key, title, example, separator.
+ *
+ * @type {["tags" | "constants", string, string, string][]}
+ */
 const PAIRS = [
   ["tags", "Tags and instances that no source declares, one per line", "Start : Bool", ":"],
   ["constants", "Constants that no source declares, one per line", "MAX = 5", "="],

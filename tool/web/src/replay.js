@@ -154,8 +154,10 @@ function toleranceField() {
   return element("label", "equal within ", input);
 }
 
-/** @param {boolean} [isGoingOn] whether values found by the last replay were applied, so that the report keeps both
- * replays */
+/**
+ * @param {boolean} [isGoingOn] whether values found by the last replay were applied, so that the report keeps both
+ * replays
+ */
 async function replay(isGoingOn = false) {
   const loop = store.loop;
   if (!loop || !recorded) return;

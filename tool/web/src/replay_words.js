@@ -376,8 +376,12 @@ function ofDifference({ outputs, calls }, { variables }) {
   return `${begins.variable} differs from cycle ${call} (${rounded(time, "LREAL")} s) onward, ${by}${too}`;
 }
 
-/** Why equal outputs prove nothing about the settings, as sentences; empty if they prove them. @param {Replayed}
- * replayed @param {Block} block */
+/**
+ * Why equal outputs prove nothing about the settings, as sentences; empty if they prove them.
+ *
+ * @param {Replayed} replayed
+ * @param {Block} block
+ */
 function doubt({ doubt: why }, { controller }) {
   if (why === null) return [];
   const settings = controller.join(", ");

@@ -22,8 +22,10 @@ const CHUNK = 20;
 /** The duration of a screen frame, in milliseconds. Calls that are due within a frame are made together. */
 const FRAME = 16;
 const MOST_CALLS = 20_000;
-/** The maximum lag behind real time that is made up for, in milliseconds: a page in the background is woken only once a
- * minute. */
+/**
+ * The maximum lag behind real time that is made up for, in milliseconds: a page in the background is woken only once a
+ * minute.
+ */
 const MOST_BEHIND = 120_000;
 /** The lag is displayed only if it exceeds this time, in milliseconds. */
 const WORTH_TELLING = 1000;
@@ -36,8 +38,11 @@ const TOLD = { force: ", forced", write: ", written once" };
 /** @type {Speed} */
 let speed = 1;
 const SPEED = "plcfmu-speed";
-/** Identifies the current loop of calls, which ends when another token replaces it; `undefined` while paused. @type {{}
- * | undefined} */
+/**
+ * Identifies the current loop of calls, which ends when another token replaces it; `undefined` while paused.
+ *
+ * @type {{} | undefined}
+ */
 let running;
 /** The reference for determining due calls: a time in milliseconds, and the number of calls made by then. */
 let clock = { wall: 0, calls: 0 };
@@ -221,8 +226,9 @@ async function isApplied() {
   return false;
 }
 
-/** Makes calls until the user pauses, the duration has passed or, at speed max without a duration, the loop has
- * settled. */
+/**
+ * Makes calls until the user pauses, the duration has passed or, at speed max without a duration, the loop has settled.
+ */
 async function run() {
   if (!store.loop) return;
   const seconds = checkDuration();
@@ -364,8 +370,10 @@ function showAgain() {
   showButton();
 }
 
-/** Marks the metrics in the bar as outdated if other settings were applied after the step or disturbance to which they
- * belong. */
+/**
+ * Marks the metrics in the bar as outdated if other settings were applied after the step or disturbance to which they
+ * belong.
+ */
 function showFormer() {
   byId("glance").classList.toggle("is-former", isOffered && stepped <= applied);
 }
@@ -463,8 +471,11 @@ async function now(values, isEvent = false) {
   }
 }
 
-/** Functions that show a new value in a field of the bar, by the name of its setting. @type {Map<string, (value: Value)
- * => void>} */
+/**
+ * Functions that show a new value in a field of the bar, by the name of its setting.
+ *
+ * @type {Map<string, (value: Value) => void>}
+ */
 const fields = new Map();
 let shownControls = "";
 /** The number of calls made when the fields were last updated from the run. */

@@ -6,8 +6,10 @@ const WORDS =
   /^(AND|ARRAY|AT|BEGIN|BY|CASE|CONSTANT|CONTINUE|DATA_BLOCK|DIV|DO|ELSE|ELSIF|END_[A-Z_]+|EXIT|FALSE|FOR|FUNCTION|FUNCTION_BLOCK|GOTO|IF|MOD|NOT|OF|OR|ORGANIZATION_BLOCK|REGION|REPEAT|RETAIN|RETURN|STRUCT|THEN|TITLE|TO|TRUE|TYPE|UNTIL|VAR|VAR_[A-Z_]+|VERSION|WHILE|XOR)$/i;
 /** The CSS class of names of variables and blocks. */
 export const NAME = "is-name";
-/** The parts of a line: a comment to the end of the line, the start of a block comment, quoted text, a literal or local
- * name, a word, anything else. */
+/**
+ * The parts of a line: a comment to the end of the line, the start of a block comment, quoted text, a literal or local
+ * name, a word, anything else.
+ */
 const PARTS =
   /(\/\/.*)|(\(\*|\/\*)|('(?:\$.|[^'$])*'|"[^"]*")|(#[A-Za-z_]\w*|[A-Za-z_]\w*#[\w.+-]*|\d[\w.#]*)|([A-Za-z_]\w*)|([^A-Za-z_0-9#'"(/]+|.)/g;
 

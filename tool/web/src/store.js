@@ -685,8 +685,11 @@ export function isSettable(variable) {
   return variable.role !== "output" && variable.role !== "local";
 }
 
-/** Makes the current values of a newly opened loop its initial values; earlier edits can no longer be undone. @param
- * {Work} loop */
+/**
+ * Makes the current values of a newly opened loop its initial values; earlier edits can no longer be undone.
+ *
+ * @param {Work} loop
+ */
 export function beginWith(loop) {
   loop.undo = [];
   for (const setting of Object.values(loop.settings)) setting.opened = setting.sent;

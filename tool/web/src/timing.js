@@ -39,8 +39,10 @@ import { compared, comparedText, hasRun, sameAgain } from "tool/same_again.js";
 import { store } from "tool/store.js";
 import { chooser, shownSignals, valueText } from "tool/timing_signals.js";
 
-/** The height of a lane, which must equal that in the style sheet; the minimum height of a panel; and the minimum width
- * of a picture; all in pixels. */
+/**
+ * The height of a lane, which must equal that in the style sheet; the minimum height of a panel; and the minimum width
+ * of a picture; all in pixels.
+ */
 const [LANE, PANEL, NARROWEST] = [22, 84, 100];
 /** The y coordinates of TRUE and FALSE in a lane, and the margin at the top and the bottom of a panel. */
 const [HIGH, LOW, MARGIN] = [4, 17, 8];

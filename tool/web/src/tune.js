@@ -284,8 +284,11 @@ function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
   tune();
 }
 
-/** Whether the last model was identified from a CSV (true) or the run (false); `undefined` if it was not identified.
- * @type {boolean | undefined} */
+/**
+ * Whether the last model was identified from a CSV (true) or the run (false); `undefined` if it was not identified.
+ *
+ * @type {boolean | undefined}
+ */
 let isFromCsv;
 
 /**

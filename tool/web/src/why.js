@@ -40,8 +40,10 @@ import { called } from "tool/signals.js";
 import { isSettable, split, store } from "tool/store.js";
 import { plcText } from "tool/values.js";
 
-/** The executed statements are known only for calls before this one, because the engine must repeat the run up to the
- * call. */
+/**
+ * The executed statements are known only for calls before this one, because the engine must repeat the run up to the
+ * call.
+ */
 const MOST_CALLS = 20_000;
 /** The maximum number of statements listed that ran, and of those that did not. */
 const MOST_LISTED = 6;
@@ -298,8 +300,12 @@ function statement(loop, member, of, at, title, name) {
   );
 }
 
-/** The location of a statement: the network that contains it, if there is just one; otherwise, its line. @param {Found}
- * of @param {number} line */
+/**
+ * The location of a statement: the network that contains it, if there is just one; otherwise, its line.
+ *
+ * @param {Found} of
+ * @param {number} line
+ */
 function networkOrLine({ networks }, line) {
   const drawn = networks.filter(({ elements }) => elements.some((one) => one.line === line));
   return drawn.length === 1 ? `network ${drawn[0].number}` : `line ${line}`;
@@ -363,8 +369,12 @@ function wordOf({ of, is_negated: isNegated }) {
   return `${of} `;
 }
 
-/** The order in which operands are listed. An operand that is read more than once is listed with the first of these
- * that applies. @type {(string | undefined)[]} */
+/**
+ * The order in which operands are listed. An operand that is read more than once is listed with the first of these that
+ * applies.
+ *
+ * @type {(string | undefined)[]}
+ */
 const PARTS = ["decided", "shared", "idle", undefined];
 
 /**
