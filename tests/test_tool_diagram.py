@@ -446,7 +446,7 @@ def test_a_wrong_value_is_followed_to_the_input_that_caused_it(open_tool):
     assert "decided: eStopOk FALSE" in stop.locator("p .has-decided").inner_text()
     assert stop.locator("p .is-idle").inner_text() == "made no difference: faultCode 16#0000"
     stop.get_by_role("button", name="eStopOk FALSE").click()
-    why.get_by_text("It is an input that you set: it has had this value since the beginning of the run.").wait_for()
+    why.get_by_text("It is an input or parameter that you set: it has had this value since the beginning of the run.").wait_for()
     why.get_by_role("button", name="Back").click()
     why.get_by_text("Why is faultCode 16#0001 at 0 s?").wait_for()
     # A click on a line goes there, and one on a value of the source asks why.

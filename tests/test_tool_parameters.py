@@ -203,7 +203,7 @@ def test_esc_takes_an_edit_back(page):
 
 def test_a_wrong_text_stays_with_a_sentence_and_the_value_in_force_stays(page):
     new_loop(page, "CONT_C")
-    for text, why in [("2.5.1", "is not a number"), ("", "needs a value"), ("1e39", "exceeds the range of a REAL")]:
+    for text, why in [("2.5.1", "is not a number"), ("", "needs a value"), ("1e39", "exceeds the range of type REAL")]:
         write(page, "GAIN", text)
         assert why in row(page, "GAIN").inner_text()
         field(page, "GAIN").press("Enter")

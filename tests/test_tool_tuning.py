@@ -93,7 +93,7 @@ def test_a_step_test_does_not_run_into_a_limit(tool):
 def test_a_relay_gives_the_ultimate_gain_and_period_and_settings(tool):
     show_tab(tool, "Tune")
     tool.locator("#relay-test").click()
-    tool.locator("#tune .error").get_by_text("10 more or less is beyond its limits").wait_for()
+    tool.locator("#tune .error").get_by_text("a step of 10 up or down would exceed its limits").wait_for()
     set_now(tool, "MAN", 40)
     tool.locator("#relay-test").click()
     tool.locator("#tune li").get_by_text(re.compile("^Ultimate gain")).wait_for()

@@ -367,7 +367,7 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
         }
     }
     if plant.description.part == LoopRole::Controller {
-        proposal.remarks.push(format!("{} is also a controller", plant.member.fmu));
+        proposal.remarks.push(format!("{} is also a controller: choose a plant instead", plant.member.fmu));
     }
 }
 

@@ -308,7 +308,7 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
         while !bench.process_value_from(step)?.last().is_some_and(|last| (last - level).abs() > 5.0 * MOVED * noise) {
             bench.run(FIRST)?;
             waited += FIRST;
-            bench.check_patience(waited, "no response to the step")?;
+            bench.check_patience(waited, "has not responded to the step: choose a larger step")?;
         }
         bench.run(waited.max(FIRST).max(LONG * calls) * 2)?;
     } else {

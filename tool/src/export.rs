@@ -232,7 +232,7 @@ fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> 
     let (format, source, options) = opened(file)?;
     let blocks = home.blocks();
     let before = parameters::read(format, &source, &blocks, &options);
-    let before = before.map_err(|_| anyhow::anyhow!("{} can no longer be read", file.file))?.loops;
+    let before = before.map_err(|_| anyhow::anyhow!("{} can no longer be read: open it again", file.file))?.loops;
     // Settings that the request omits keep the values of the file.
     let whole = |of: &Loop| -> Result<parameters::Loop> {
         let given = as_loop(home, of)?;

@@ -212,7 +212,8 @@ pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     };
     match own {
         Some(own) if !is_of(&own) => bail!(
-            "this {name}.fmu is {}, but the page has {name} {}: use an FMU and a page from the same release",
+            "this {name}.fmu has the GUID {}, but the {name} in the page has {}: use an FMU and a page from the \
+             same release",
             shortened(&library),
             own.guid
         ),

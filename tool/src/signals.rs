@@ -72,7 +72,8 @@ impl Signals {
         if wanted.start < calls.start {
             let (first, count) = (record.time(calls.start), calls.len());
             remarks.push(format!(
-                "only the last {count} calls, since {first:?} s, are used: earlier ones are not stored individually"
+                "only the last {count} calls, from {first:?} s onward, are used: earlier calls are not stored \
+                 individually"
             ));
         }
         Ok(Signals {

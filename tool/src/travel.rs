@@ -97,7 +97,7 @@ impl Motor {
 fn last(record: &Record, member: &str, setting: &str) -> Result<f64> {
     let column = record.column(&format!("{member}.{setting}"))?;
     let last = record.trace().exact().end.saturating_sub(1);
-    record.trace().column(column, last..last + 1).next().context("the run has no calls")
+    record.trace().column(column, last..last + 1).next().context("the run has no calls yet: run the loop first")
 }
 
 /// The total displacement of the actuator by the pulses up and down, in percent; `percent` is the travel per call of a

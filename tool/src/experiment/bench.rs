@@ -83,7 +83,8 @@ impl<'a> Bench<'a> {
                 (switch, Drive::Pulses { names: [name(down), name(up)], stops, percent: f64::NAN }, None)
             }
             _ => bail!(
-                "{fmu} has no manual value to step its output: move the actuator manually, then identify from the run"
+                "{fmu} has no manual value with which its output can be stepped: move the actuator manually, then \
+                 identify from the run"
             ),
         };
         let process_value = roles
@@ -328,7 +329,7 @@ impl<'a> Bench<'a> {
             if is_done(&values) && is_at_rest(&values, part) {
                 return Ok(());
             }
-            self.check_patience(made, "not settled, or no response to the step: choose a larger step")?;
+            self.check_patience(made, "has not settled, or has not responded to the step: choose a larger step")?;
             calls = (made / 10).max(first);
         }
     }
@@ -337,7 +338,7 @@ impl<'a> Bench<'a> {
         if calls > MOST_CALLS / 2 {
             let seconds = calls as f64 * self.session.record(None)?.step();
             bail!(
-                "{} after {seconds:?} s: {what}; if the plant is integrating, tick that option below and test again",
+                "after {seconds:?} s, {} {what}; if the plant is integrating, tick that option below and test again",
                 self.process_value_name
             );
         }

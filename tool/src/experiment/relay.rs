@@ -55,8 +55,8 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     for way in [amplitude, -amplitude] {
         ensure!(
             bench.is_within(way)?,
-            "the manipulated value is {}, and {amplitude} more or less is beyond its limits: choose a smaller \
-             amplitude, or move the value to the middle first",
+            "the manipulated value is {}, and a step of {amplitude} up or down would exceed its limits: choose a \
+             smaller amplitude, or first move the manipulated value to the middle of its range",
             bench.output
         );
     }
@@ -131,7 +131,7 @@ fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> 
     while rises.len() <= PERIODS {
         bench.run(1)?;
         waited += 1;
-        bench.check_patience(waited, "the process value does not oscillate: choose a larger amplitude")?;
+        bench.check_patience(waited, "does not oscillate: choose a larger amplitude")?;
         let off = bench.value(&bench.process_value_name.clone())? - level;
         // The threshold must be exceeded twice in a row: noise exceeds four times its standard deviation once in
         // several thousand calls.

@@ -252,8 +252,9 @@ fn verdict(predicted: &[(&'static str, f64)], run: &Figures) -> String {
         return "The run agrees with the prediction.".into();
     }
     format!(
-        "The run differs from the prediction: {}. The model does not hold for this step: limits, the dead band, short pulses, noise, or a \
-         plant that responds differently here. Identify it again with a step of this size around this setpoint.",
+        "The run differs from the prediction: {}. The model does not hold for this step. Possible \
+         causes are limits, the dead band, short pulses, noise, or a plant that responds differently here. Identify the plant \
+         again with a step of this size around this setpoint.",
         off.join(", ")
     )
 }

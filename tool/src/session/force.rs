@@ -58,7 +58,7 @@ impl Present {
     fn force(&mut self, act: Act, name: &str, of: Forced) -> Result<()> {
         let (call, column) = (self.run.steps(), self.record.column(name)?);
         let how = match act {
-            Act::Set => bail!("{name}: `send` sets only inputs and parameters"),
+            Act::Set => bail!("{name}: `set` is not possible here; use `send`, or force it with `write` or `force`"),
             Act::Write if self.forced.contains_key(&column) => bail!("{name} is forced: release it first"),
             Act::Write => Force::Once(of.assignment.value),
             Act::Force => Force::Always(of.assignment.value),
@@ -100,7 +100,7 @@ impl Wired {
         let value = fitting(table, &reference, name, value)?;
         let row = table.and_then(|table| table.rows.iter().find(|row| row.name == reference.variable.name));
         let row = row.with_context(|| {
-            format!("{name} cannot be forced: it belongs to a foreign FMU, where only inputs can be set")
+            format!("{name} cannot be forced: in a foreign FMU, only inputs and tunable parameters can be set")
         })?;
         let held = to_value(value, row.kind).map_err(|range| anyhow::anyhow!("{name} = {value:?}: {range}"))?;
         let (kind, reference, member) = (reference.kind, reference.variable.value_reference, reference.member);

@@ -104,7 +104,7 @@ impl Home for Linked {
     }
 
     fn preset(&self, of: &Loop) -> Result<Vec<u8>> {
-        bail!("{}: the page has no FMU for {}: open one", of.name, of.block.name)
+        bail!("{}: the page has no FMU for {}; open one", of.name, of.block.name)
     }
 }
 
@@ -159,6 +159,6 @@ mod tests {
         assert_eq!(home.table("PUMP").unwrap_err().to_string(), "no FMU \"PUMP\"");
         let block = home.blocks().remove(0);
         let refusal = home.preset(&Loop::new("TIC101", block)).unwrap_err().to_string();
-        assert_eq!(refusal, "TIC101: the page has no FMU for CONT_C: open one");
+        assert_eq!(refusal, "TIC101: the page has no FMU for CONT_C; open one");
     }
 }

@@ -119,7 +119,7 @@ function chart(names, x, loops, which) {
     if (value > lowest) marks.push({ from: [place, level], to: [place, value], colour: at + 1 });
   }
   return {
-    title: `Bode plot of the open loop: ${which} over frequency`,
+    title: `Bode plot of the open loop: ${which} as a function of frequency`,
     xLabel: "rad/s",
     x,
     isLogarithmic: true,

@@ -73,7 +73,7 @@ function chart(sweep) {
       points: sweep.inputs.map((input, i) => `${x(input)},${y(values[i])}`).join(" "),
     }),
   );
-  const label = `${sweep.title}: ${sweep.outputs.map(([name]) => name).join(", ")} over ${sweep.variable}`;
+  const label = `${sweep.title}: ${sweep.outputs.map(([name]) => name).join(", ")} as a function of ${sweep.variable}`;
   return element(
     "figure.characteristic",
     svg(

@@ -60,7 +60,7 @@ async function update() {
   const begun = performance.now();
   if (!loop || !store.isLive() || (store.state?.calls ?? 0) === 0) show(undefined);
   else if (loop.description.roles.setpoint === null || loop.description.roles.process_value === null) {
-    show(undefined, `${loop.description.block} has no setpoint or no process value, so no metrics are available.`);
+    show(undefined, `${loop.description.block} lacks a setpoint or a process value, so no metrics are available.`);
   } else {
     try {
       const figures = await figuresOf(loop);

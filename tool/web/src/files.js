@@ -361,7 +361,7 @@ async function modelDescription(file) {
   if (!bytes) throw new EngineError("This is not an FMU: it contains no modelDescription.xml.");
   const model = new DOMParser().parseFromString(new TextDecoder().decode(bytes), "application/xml");
   if (model.querySelector("parsererror") || model.documentElement.tagName !== "fmiModelDescription") {
-    throw new EngineError("Its modelDescription.xml cannot be read: run plcfmu check to find out why.");
+    throw new EngineError("Its modelDescription.xml cannot be read: run plcfmu check on the FMU to find out why.");
   }
   return model;
 }

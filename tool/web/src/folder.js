@@ -48,7 +48,7 @@ export async function dropped(transfer) {
 async function collect(entry, found) {
   if (entry.name.startsWith(".")) return;
   if (found.length > MOST_FILES)
-    throw new EngineError(`The folder has more than ${MOST_FILES} files: drop the program folder.`);
+    throw new EngineError(`The folder has more than ${MOST_FILES} files: drop only the folder with the program.`);
   if (entry.isFile) {
     const file = await new Promise((done, failed) => /** @type {FileSystemFileEntry} */ (entry).file(done, failed));
     const path = entry.fullPath.replace(/^\//, "");

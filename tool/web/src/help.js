@@ -29,7 +29,7 @@ export function mount(content) {
   content.append(
     element("button.close", { onclick: () => toggleDrawer("help", false) }, "Close"),
     element("h3", "Keys"),
-    element("p.faint", "They work unless the cursor is in a field."),
+    element("p.faint", "Keys without Ctrl work only outside fields, unless stated otherwise."),
     element(
       "table.keys",
       element(

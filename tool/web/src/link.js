@@ -64,7 +64,8 @@ export async function openLink() {
   } catch {
     throw new EngineError("The link is incomplete: copy all of it, up to the last character.");
   }
-  if (carried.version !== 1) throw new EngineError("The link was created by another version of this page.");
+  if (carried.version !== 1)
+    throw new EngineError("The link was created by another version of this page: create it again with this version.");
   if ((carried.run?.calls ?? 0) > MOST_CALLS)
     throw new EngineError(`The run in the link has ${carried.run?.calls} cycles; the maximum is ${MOST_CALLS}.`);
   const fmu = carried.program ? (await admit(carried.program)).fmu : carried.fmu;
@@ -129,7 +130,10 @@ async function through(bytes, stream, most) {
   let length = 0;
   for (let { done, value } = await reader.read(); !done && value; { done, value } = await reader.read()) {
     length += value.length;
-    if (length > most) throw new EngineError(`The link's content is larger than ${most} bytes.`);
+    if (length > most)
+      throw new EngineError(
+        `The link would contain more than ${most} bytes: make a shorter run, or save files instead.`,
+      );
     parts.push(value);
   }
   const whole = new Uint8Array(length);

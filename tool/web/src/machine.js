@@ -47,7 +47,7 @@ export async function openWith(program, machine, plant) {
   await choose(answer.fmu);
   const wires = loop.connections.length;
   store.say(
-    `${machine} runs with ${plant} as its plant: ${wires} connections by matching names. The Plant tab shows and edits them.`,
+    `${machine} runs with ${plant} as its plant. Connections found by matching names: ${wires}. Check them in the Plant tab.`,
   );
   return loop;
 }
@@ -75,7 +75,7 @@ export async function withPrograms(known, files) {
     if (!fmu) {
       // Show problems at their lines.
       await translate(whole);
-      throw new EngineError(`The program ${member} was rejected.`);
+      throw new EngineError(`The program ${member} was rejected: correct the errors shown in its source.`);
     }
     made.set(member, fmu);
   }

@@ -534,7 +534,7 @@ function field(loop, member, variable, title, prefix = "") {
     if (Object.keys(room).length > 1 || (store.isLive() && !variable.is_tunable)) {
       member.values = { ...member.values, ...room };
       store.emit("plant");
-      if (store.isLive()) store.say(`${full} takes effect at the next start of the run.`);
+      if (store.isLive()) store.say(`${full} takes effect when the next run starts.`);
       return;
     }
     try {

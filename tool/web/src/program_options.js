@@ -75,7 +75,7 @@ export function optionsForm(program, compiled, translate) {
     element("label.option", element("span", title), input);
   const form = element(
     "form.program-options",
-    field("Called every (s, or 100 ms)", cycle),
+    field("Called every (such as 0.1 s or 100 ms)", cycle),
     field("Block to run", run),
     field("CPU", cpu),
     lists.map(({ title, input }) => field(title, input)),
@@ -97,7 +97,7 @@ export function optionsForm(program, compiled, translate) {
     for (const { key, input, between, example } of pairs) {
       const found = pairsOf(input.value, between);
       if (!found) {
-        text(problem, `Enter each as ${example}.`);
+        text(problem, `Enter one per line, such as ${example}.`);
         input.focus();
         return;
       }

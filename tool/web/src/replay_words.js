@@ -391,7 +391,7 @@ function doubt({ doubt: why }, { controller }) {
     ];
   if ("not_recorded" in why)
     return [
-      `But the recording has no ${why.not_recorded.join(" or ")}: it says nothing about ${settings}. Record it too.`,
+      `But the recording has no ${why.not_recorded.join(" or ")}: it says nothing about ${settings}. Record that as well.`,
     ];
   const name = why.manual_in_loop;
   return [

@@ -174,7 +174,7 @@ export function mount(content) {
   store.on("failure", () => {
     pause();
     store.say(
-      `The run has ended: ${store.state?.failure} The controller and the curves are kept: choose another plant and continue, or reset.`,
+      `The run has ended (${store.state?.failure}). The controller and the curves are kept: choose another plant and continue, or reset.`,
     );
   });
   store.on("home", pause);

@@ -474,7 +474,7 @@ export const store = {
         if (hadEnded) await store.sendLate(loop);
         if (step !== loop.step || exchange !== loop.exchange)
           store.say(
-            "The run keeps its communication step and exchange; the new plant's values take effect in the next run.",
+            "The run keeps its communication step and exchange; those for the new plant take effect in the next run.",
           );
       }
     } catch (error) {

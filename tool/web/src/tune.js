@@ -186,7 +186,8 @@ function identifyRow() {
       "button",
       {
         ...{ onclick: () => identifyRun() },
-        title: "From the last step in the manipulated value: settle in manual mode, make one step, wait",
+        title:
+          "From the last step in the manipulated value: in manual mode, let the process value settle, make one step, and wait",
       },
       "Identify from this step",
     ),
@@ -240,10 +241,10 @@ function testButtons() {
     if (store.loop === loop) takeRelay(tested);
   }, "Relay test: the manipulated value switches up and down until the process value oscillates steadily.");
   const title = hasValue
-    ? "Manual mode at the current value, settle, one step, settle, identify"
-    : "Manual mode, settle, one pulse that moves the actuator by the step size, settle, identify";
+    ? "In manual mode, waits until the process value has settled, makes one step, waits again, and identifies the plant"
+    : "In manual mode, waits until the process value has settled, moves the actuator by the step size, waits again, and identifies the plant";
   const aboutRelay =
-    "Manual mode; the manipulated value switches up and down by the step size: finds the ultimate gain and period";
+    "In manual mode, switches the manipulated value up and down by the step size, and finds the ultimate gain and period";
   return [
     element(
       "span.control",
@@ -271,7 +272,7 @@ function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
     writeModel(found);
   }
   const [gain, period] = ultimate.map((one) => rounded(one, "LREAL", 4));
-  const sentence = `Ultimate gain ${gain}, ultimate period ${period} s; the process value swings by ${rounded(swing, "LREAL", 3)} ${unitOfProcessValue()}, hysteresis ${rounded(hysteresis, "LREAL", 3)} ${unitOfProcessValue()}.`;
+  const sentence = `Ultimate gain ${gain}, ultimate period ${period} s; the process value swings by ±${rounded(swing, "LREAL", 3)} ${unitOfProcessValue()}, hysteresis ${rounded(hysteresis, "LREAL", 3)} ${unitOfProcessValue()}.`;
   const more =
     typeof of === "object"
       ? []

@@ -168,7 +168,8 @@ export function read(text, { name, kind }) {
     }
   }
   const held = kind === "REAL" ? Math.fround(value) : value;
-  if (!Number.isFinite(held)) return { why: `${short(written)} exceeds the range of a ${kind} (about 3.4e38).` };
+  if (!Number.isFinite(held))
+    return { why: `${short(written)} exceeds the range of type ${kind} (a REAL holds magnitudes up to about 3.4e38).` };
   return { value };
 }
 
@@ -191,7 +192,8 @@ function readTime(written, name) {
   const length = { "": 1000, ms: 1, s: 1000, m: 60_000, min: 60_000, h: 3_600_000, d: 86_400_000 };
   const total = parts.reduce((sum, [, count, unit]) => sum + Number(count) * length[unit.toLowerCase()], 0);
   const milliseconds = Math.round(total);
-  if (Math.abs(total - milliseconds) > 1e-6) return { why: `${name} is a TIME, which holds whole milliseconds.` };
+  if (Math.abs(total - milliseconds) > 1e-6)
+    return { why: `${name} is a TIME, which holds whole milliseconds: round the value.` };
   if (milliseconds > LONGEST_TIME) return { why: `${name} is a TIME: at most 2147483.647 s (about 24 days).` };
   return { value: (sign * milliseconds) / 1000 };
 }

@@ -148,9 +148,11 @@ async function explained(loop, name, call) {
   if (span) return says(`It has been forced since ${timeOf(span[0])} s.`);
   const wire = loop.connections.find(([, to]) => to === name);
   if (wire) return says("It comes from ", operand(loop, wire[0], now, call), ".");
-  if (variable && isSettable(variable)) return says(`It is an input that you set: it has had this value${since}.`);
+  if (variable && isSettable(variable))
+    return says(`It is an input or parameter that you set: it has had this value${since}.`);
   const of = fmu ? programNamed(fmu) : undefined;
-  if (!of) return says(`${member} is not a program: its internals are unknown. It has had this value${since}.`);
+  if (!of)
+    return says(`${member} is not a program, so its statements are unknown. The variable has had this value${since}.`);
   if (call >= MOST_CALLS) return says(`Which statements ran is known only for the first ${MOST_CALLS} cycles.`);
   const all = writesOf(of.compiled, own);
   if (all.length === 0) return says("No statement of the program writes it: it has its start value.");
@@ -174,7 +176,7 @@ async function explained(loop, name, call) {
   answers.push(
     element(
       "p.faint",
-      "Booleans in a condition are shown as evaluated there, the variable itself as its first statement read it; other values are those at the end of the cycle.",
+      "Booleans in a condition are shown as evaluated there, and the variable itself as read by the first statement that wrote it; all other values are those at the end of the cycle.",
     ),
   );
   return answers;
