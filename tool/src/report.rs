@@ -442,7 +442,7 @@ fn source(picture: &str) -> Result<String> {
         })
     });
     if !is_data {
-        bail!("the picture is neither an <svg> nor a data: URL of a PNG in Base64");
+        bail!("the picture is neither an <svg> nor a Base64 data: URL of a PNG or an SVG");
     }
     Ok(picture.into())
 }

@@ -271,7 +271,7 @@ async function post(where, type, body) {
   engineOfServer = engine ?? engineOfServer;
   if (response.ok || answer.startsWith('{"error"')) return answer;
   if (response.status >= 500 || response.status === 404) throw new ServerLost(lost);
-  throw new EngineError(answer || `plcfmu tool returned status ${response.status}.`);
+  throw new EngineError(answer || `plcfmu tool returned status ${response.status}: try again, or restart it.`);
 }
 
 /**

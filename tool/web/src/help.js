@@ -17,7 +17,7 @@ const KEYS = [
   [".", "runs one cycle"],
   ["M", "switches manual mode on and off"],
   ["Left, Right", "move the cursor in curves and timing diagram; ten times as far with Shift"],
-  ["Page Up, Page Down", "move the cursor 50 times as far in the curves, and to the next change in the timing diagram"],
+  ["Page Up, Page Down", "move the cursor 50 points in the curves, and to the next change in the timing diagram"],
   ["Home, End", "move the cursor to the beginning or the end"],
   ["+, -", "zoom curves and timing diagram"],
   ["Esc", "in curves and timing diagram: follows the run again"],

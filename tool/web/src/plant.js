@@ -351,7 +351,7 @@ async function unconnected() {
   });
   const about = element(
     "p.faint",
-    "The generic plant: a lag with dead time. Its gain is the change in process value per 1 % of manipulated value.",
+    "The generic plant: a lag with dead time. Its gain is the change in the process value per 1 % change in the manipulated value.",
   );
   return [sentence, form, problem, about];
 }

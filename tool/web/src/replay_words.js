@@ -387,7 +387,7 @@ function doubt({ doubt: why }, { controller }) {
   const settings = controller.join(", ");
   if (why === "manual")
     return [
-      `But all cycles are in manual mode: the recording says nothing about ${settings}. Replay one in automatic mode.`,
+      `But all cycles are in manual mode: the recording says nothing about ${settings}. Replay a recording made in automatic mode.`,
     ];
   if ("not_recorded" in why)
     return [

@@ -243,7 +243,7 @@ function preset(loop) {
     "div.row",
     title,
     element("span.chooser", input, label),
-    element("span.faint", "Returns a copy of this FMU that starts with the run's settings, mode and setpoint"),
+    element("span.faint", "Saves a copy of this FMU that starts with the settings, mode and setpoint in force"),
   );
 }
 
