@@ -7,7 +7,7 @@ use crate::message::Member;
 use crate::session::start_values;
 use run::system::own_name;
 
-/// The dialog's names for the chain's input and for the start value of its output.
+/// The dialog's names for a measuring chain's input and for the start value of its output.
 const INPUT: &str = "input";
 const START: &str = "start";
 

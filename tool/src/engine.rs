@@ -19,7 +19,7 @@ impl<H: Home> Engine<H> {
         Engine { home: Programs::new(home), session: Session::default() }
     }
 
-    /// Answers a request, both as JSON. Always returns an answer.
+    /// Answers a request; both are JSON. A problem becomes an [`Answer::Error`].
     pub fn message(&mut self, request: &str) -> String {
         let answer =
             match serde_json::from_str(request).map_err(anyhow::Error::from).and_then(|request| self.answer(request)) {

@@ -86,7 +86,7 @@ pub struct StepTested {
     pub identified: Identified,
 }
 
-/// A relay instead of the controller.
+/// A test with a relay in place of the controller.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
@@ -195,7 +195,7 @@ fn period_in_calls(home: &dyn Home, record: &Record) -> usize {
 
 /// The variables that must settle.
 struct Watched {
-    /// The values of each variable, in the same calls.
+    /// The values of each variable, all for the same calls.
     values: Vec<Vec<f64>>,
     /// The number of leading variables that are checked for oscillation.
     swinging: usize,
@@ -350,7 +350,8 @@ fn half(values: &[f64]) -> f64 {
     width(values) / 2.0
 }
 
-/// The standard deviation of the changes from call to call, without a trend.
+/// The standard deviation of the noise in the values, estimated from their second differences, in which a trend
+/// cancels.
 fn noise(values: &[f64]) -> f64 {
     let changes: Vec<f64> = values.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
     (changes.iter().map(|change| change * change).sum::<f64>() / (6.0 * changes.len().max(1) as f64)).sqrt()

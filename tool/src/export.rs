@@ -33,7 +33,7 @@ pub enum ExportRequest {
         format: String,
         /// The loops with their values.
         loops: Vec<Loop>,
-        /// The origin of the values, for a comment.
+        /// The origin of the values, for a comment in the file.
         origin: String,
         /// Whether the file contains the current stimuli (setpoint, manual value and the like). Otherwise, stimuli have
         /// the values of the file from which the loop was read, or are left out.
@@ -101,7 +101,7 @@ pub enum ExportRequest {
         #[serde(default)]
         travel_unit: Option<String>,
     },
-    /// The home's FMU of a block with these start values.
+    /// The home's FMU for the loop's block, with the loop's values as start values.
     Preset {
         /// The loop with its values.
         of: Loop,
@@ -199,7 +199,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     };
     let [first, rest @ ..] = loops else { bail!("no loop to export: open or create one first") };
     let loops = loops.iter().map(|of| as_loop(home, of)).collect::<Result<Vec<_>>>()?;
-    // Text from the page is written into a comment.
+    // The origin is written into a comment, so it must not contain line breaks.
     let origin: String =
         origin.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).take(300).collect();
     let content = parameters::write(kind, &loops, &origin).map_err(anyhow::Error::msg)?;

@@ -18,7 +18,7 @@ pub trait Home: Fmus {
     /// The blocks whose parameter files can be read and written.
     fn blocks(&self) -> Vec<Arc<BlockType>>;
 
-    /// The home's FMU of a block with other start values, as bytes.
+    /// The home's FMU for the loop's block, with the loop's values as start values, as bytes.
     ///
     /// # Errors
     /// The home has no such FMU, or a value does not fit.

@@ -31,7 +31,8 @@ pub struct Instance<B: Cyclic> {
 }
 
 impl<B: Block> Instance<B> {
-    /// Like [`Instance::new`], for runs side by side, in which blocks are stored as a `G`.
+    /// Like [`Instance::new`], but the instance can be stepped side by side with instances of other runs; their blocks
+    /// are then stored together as a `G`.
     ///
     /// # Errors
     /// As for [`Instance::new`].
@@ -39,7 +40,7 @@ impl<B: Block> Instance<B> {
         Ok(Instance { combine: Some(abreast::combine::<B, G>), ..Instance::new(name)? })
     }
 
-    /// A new instance of a block with its start values, with logging on.
+    /// A new instance with the block's own start values, with logging on.
     ///
     /// # Errors
     /// The name is empty or contains a NUL.
@@ -130,7 +131,7 @@ impl<B: Cyclic> Component for Instance<B> {
         if kind == Type::Real {
             return self.get(&Function::fmi2GetReal, references, values);
         }
-        // A single value needs no list.
+        // A single value needs no buffer.
         if let (Type::Integer, [_], [value]) = (kind, references, &mut *values) {
             let mut integer = [0];
             self.get(&Function::fmi2GetInteger, references, &mut integer)?;

@@ -212,7 +212,7 @@ pub struct LoopValue {
     pub file: Option<Value>,
 }
 
-/// A problem or a remark at a place in a file.
+/// A problem in a file, or a remark on it.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Problem {
@@ -222,7 +222,7 @@ pub struct Problem {
     pub message: String,
     /// The remedy.
     pub help: Option<String>,
-    /// Whether the user must choose the block whose parameters the file contains.
+    /// Whether to offer the user a choice of the block whose parameters the file contains.
     pub asks_for_block: bool,
 }
 
@@ -260,7 +260,7 @@ pub struct Proposal {
     pub others: Vec<Wire>,
     /// Settings for the proposed connections, by `MEMBER.VARIABLE`.
     pub values: Values,
-    /// The communication step for them; by default the controller's cycle.
+    /// The communication step for the proposed connections, in seconds; by default the controller's cycle.
     #[serde(default)]
     pub step: Option<f64>,
     /// When values pass from output to input, as in the known loop on which the proposal is based.
@@ -302,7 +302,7 @@ pub struct Setup {
     pub members: Vec<Member>,
     /// The connections, each from an output to an input, both `MEMBER.VARIABLE`.
     pub connections: Vec<(String, String)>,
-    /// The communication step; by default the first member's cycle.
+    /// The communication step, in seconds; by default the first member's cycle.
     #[serde(default)]
     pub step: Option<f64>,
     /// When values pass from output to input.
@@ -353,7 +353,7 @@ pub struct View {
     /// The end in seconds; by default the last call.
     #[serde(default)]
     pub to: Option<f64>,
-    /// The maximum number of points.
+    /// The maximum number of rows, at least 2.
     pub points: usize,
     /// The variables to average, each with the time to average over, in seconds, up to and including each call; for
     /// pulses, their period.
@@ -413,10 +413,10 @@ pub struct Event {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum Act {
-    /// As an FMU allows: an input or a parameter.
+    /// As FMI allows: an input or a tunable parameter.
     #[default]
     Set,
-    /// Once, for any variable.
+    /// Once, before the call, for any variable.
     Write,
     /// For every call from this one onward, for any variable.
     Force,

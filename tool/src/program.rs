@@ -78,7 +78,7 @@ pub struct Assumption {
 pub struct Finding {
     /// The source's name; empty if the message concerns all sources.
     pub file: String,
-    /// The 1-based line and column.
+    /// The 1-based line and column, if the message concerns a place in the source.
     pub place: Option<(usize, usize)>,
     /// The number of characters concerned in that line.
     pub length: usize,

@@ -131,7 +131,7 @@ pub(crate) struct Report<'a> {
     pub(crate) units: [Option<&'a str>; 2],
 }
 
-/// The page.
+/// The report as an HTML page.
 ///
 /// # Errors
 /// The block is unknown, or the picture is invalid.
@@ -540,7 +540,7 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
             let set = report.of.settings.iter().find(|setting| setting.name == field.name);
             let value = set.map_or(variable.start, |setting| setting.value);
             let before = report.before.iter().find(|setting| setting.name == field.name).map(|setting| setting.value);
-            // A value that was not given is at its start value.
+            // A setting without a previous value had its start value.
             let before = before.or_else(|| has_before.then_some(variable.start));
             let reference = before.unwrap_or(variable.start);
             let source = report.record.and_then(|record| record.source_of_own(&field.name));

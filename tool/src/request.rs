@@ -76,7 +76,7 @@ requests! { |home, session|
         /// The text of the file.
         text: String,
     } -> KnownLoop = known::described(&file, &text)?;
-    /// Translates a PLC program, and adds it to the catalogue.
+    /// Translates a PLC program and, if there are no errors, adds it to the catalogue.
     Compile(of: Program) -> Compiled = program::compile(home, &of)?;
     /// The activity of a program during one call of the current run, line by line.
     Monitor {

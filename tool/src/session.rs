@@ -223,18 +223,18 @@ impl Record {
         Events { setup: self.setup.clone(), events: self.done.iter().map(event).collect(), calls: self.calls() }
     }
 
-    /// The members at the end, the controller first.
+    /// The members at the end of the run, the controller first.
     pub fn members(&self) -> impl Iterator<Item = &message::Member> {
         let (controller, others) = self.setup.members.split_at(self.setup.members.len().min(1));
         controller.iter().chain(self.exchanges.last().map_or(others, |exchange| &exchange.members))
     }
 
-    /// The connections at the end.
+    /// The connections at the end of the run.
     pub fn connections(&self) -> &[(String, String)] {
         self.exchanges.last().map_or(&self.setup.connections, |exchange| &exchange.connections)
     }
 
-    /// The output connected to an input of the first member, at the end.
+    /// The output connected to an input of the first member at the end of the run.
     pub fn source_of_own(&self, input: &str) -> Option<&str> {
         let name = &self.setup.members.first()?.name;
         self.connections().iter().find(|(_, to)| own_name(to, name) == Some(input)).map(|(from, _)| from.as_str())
@@ -847,7 +847,8 @@ fn cycle(member: &message::Member, description: &Description, table: Option<&Tab
     }
 }
 
-/// The variables of an FMU to record: at most `most`, inputs and outputs first.
+/// The variables of an FMU to record, in the order of the FMU. If there are more than `most`, inputs and outputs come
+/// first, and the rest is left out.
 fn recorded(description: &Description, most: usize) -> impl Iterator<Item = &str> {
     let variables = || description.variables.iter().filter(|of| of.kind.is_some());
     let is_terminal = |of: &&modeldescription::Variable| matches!(of.causality, Causality::Input | Causality::Output);
@@ -858,7 +859,7 @@ fn recorded(description: &Description, most: usize) -> impl Iterator<Item = &str
     all.chain(terminals.chain(others).take(most)).map(|of| of.name.as_str())
 }
 
-/// Rejects ambiguous member names.
+/// Rejects too few or too many members, and member names that are empty, too long or ambiguous.
 fn check_names(members: &[message::Member]) -> Result<()> {
     if members.is_empty() {
         bail!("nothing to run: a loop needs at least one FMU");

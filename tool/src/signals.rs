@@ -117,7 +117,7 @@ impl Signals {
             times: &self.times,
             setpoint: &self.setpoint,
             process_value: &self.process_value,
-            // The mean of pulses has no travel.
+            // The travel figure must not be computed from the mean of pulses.
             manipulated_value: if self.pulses.is_empty() { &self.manipulated_value } else { &[] },
             pulses: &self.pulses,
             manual: &self.manual,
@@ -186,7 +186,7 @@ pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> 
     Ok(Figures { from, to, step, disturbance, figures: all.into_iter().map(figure).collect(), remarks })
 }
 
-/// The test of the current run with other settings.
+/// Curves and figures of the current run's test, repeated with other settings.
 ///
 /// # Errors
 /// As for [`Session::tried`] and [`Session::view`].
@@ -204,7 +204,7 @@ pub fn tried(
     Ok(Tried { curves, figures })
 }
 
-/// A plant's model from a step in a run or in a file.
+/// Identifies a plant's model from a step in a run or in a file.
 ///
 /// # Errors
 /// No such run, or it does not reveal the plant; a problem with the file.

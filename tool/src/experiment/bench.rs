@@ -105,8 +105,8 @@ impl<'a> Bench<'a> {
             every: 1,
         };
         let record = bench.session.record(None)?;
-        // In a parallel exchange, each member passes its inputs on one call later: until then, a row contains values
-        // from before the first call.
+        // In a parallel exchange, a value takes one call to pass through each member. Until it has passed through all
+        // of them, a row contains values from before the first call.
         let until_seen = match record.setup().exchange {
             Exchange::Sequential => 1,
             Exchange::Parallel => record.members().count(),

@@ -21,7 +21,8 @@ pub struct Decisions {
 pub struct Decision {
     /// The value; `None` if it was not calculated in this call.
     pub truth: Option<bool>,
-    /// The role of each operand in the decision: `decided`, `shared` (one reason of several), `idle`.
+    /// The role of each operand in the decision: `decided`, `shared` (did not decide alone), `idle` (made no
+    /// difference).
     #[cfg_attr(test, ts(type = "(\"decided\" | \"shared\" | \"idle\")[]"))]
     pub parts: Vec<String>,
     /// The values of the operands when the decision was calculated; `None` for an operand that is not a Boolean.

@@ -1,4 +1,4 @@
-//! The programs opened by a page, as catalogue FMUs alongside the home's own.
+//! The programs opened by the page, as FMUs of the catalogue in addition to the home's own.
 
 use super::Kept;
 use crate::home::Home;

@@ -12,8 +12,8 @@ use run::dialog::Roles;
 use run::system::{Value, own_name};
 use std::fmt::Write;
 
-/// The metrics of the last step and of the last disturbance of the controller with this FMU, and the events to which
-/// they belong.
+/// Writes the metrics of the last step and the last disturbance, and the events to which they belong. `fmu` is the
+/// controller's FMU.
 pub(super) fn told(page: &mut String, report: &Report, fmu: &str, roles: &Roles) -> Result<()> {
     let Some(figures) = report.figures else { return Ok(()) };
     let step = figures.step.as_ref().map_or_else(String::new, |step| {

@@ -35,7 +35,7 @@ const METRICS: [(&str, &str); 9] = [
     ("phase margin", "phase_margin"),
 ];
 
-/// The first of these metrics, as named in a sentence.
+/// The metrics without the margins, as named in a sentence.
 const IN_WORDS: [&str; 7] =
     ["Ms", "overshoot", "settling time", "travel", "deviation after a load", "recovery time", "IAE after a load"];
 

@@ -1,4 +1,4 @@
-//! The events of a run, to be repeated.
+//! The setup, calls and events of a run, to be repeated.
 
 use super::{Exchanged, Record};
 use crate::describe::describe;
@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use run::system::own_name;
 use std::collections::HashSet;
 
-/// The events of a run, to be repeated.
+/// The setup, calls and events of a run, to be repeated.
 pub(super) struct Script {
     pub(super) setup: Setup,
     pub(super) calls: usize,
