@@ -15,7 +15,7 @@ import { store } from "tool/store.js";
 const MOST_BYTES = 60_000_000;
 
 /**
- * Reads a file in UTF-8, UTF-16 or Windows-1252.
+ * Reads a CSV file in UTF-8, UTF-16 or Windows-1252.
  *
  * @param {File} file
  * @returns {Promise<Recording>}

@@ -228,7 +228,7 @@ function isShown(curve) {
   return !notes()?.hidden.includes(curve.name);
 }
 
-/** Chooses the curves for the current loop. */
+/** Determines which curves the current loop has, and redraws them. */
 async function choose() {
   const loop = store.loop;
   if (!loop) {

@@ -4,12 +4,12 @@
  * @typedef {import("./messages").Dialogue} Dialogue
  */
 
-/** A request that the engine rejected. The message states the problem and the remedy. */
+/** The error if the engine rejects a request. The message states the problem and the remedy. */
 export class EngineError extends Error {
   name = "EngineError";
 }
 
-/** The server does not respond. The page keeps its content. */
+/** The error if the server does not respond. The page keeps its content. */
 export class ServerLost extends EngineError {
   name = "ServerLost";
 }
@@ -94,7 +94,7 @@ export function ask(request) {
   return answer;
 }
 
-/** A request that was cancelled before it was answered. */
+/** The error if a request is cancelled before it is answered. */
 export class Stopped extends EngineError {
   name = "Stopped";
 }

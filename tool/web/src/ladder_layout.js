@@ -47,7 +47,7 @@ export const FLOW = 46;
 const [PIN, GAP, BETWEEN] = [32, 20, 10];
 /** The x coordinate of the rail. */
 export const RAIL = 8;
-/** The width of a letter. */
+/** The approximate width of a letter, in pixels. */
 const LETTER = 6.7;
 /** The factor by which a letter in a box title is wider. */
 const BOLD = 1.25;

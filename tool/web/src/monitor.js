@@ -163,7 +163,11 @@ function firstProblem() {
   return showing?.compiled.problems.find((one) => one.is_error && one.place);
 }
 
-/** The error that ended the run, with its line. @returns {{ file: string, line: number, text: string } | undefined} */
+/**
+ * The error that ended the run, if it is in a line of a source.
+ *
+ * @returns {{ file: string, line: number, text: string } | undefined}
+ */
 function stopped() {
   const failure = store.isLive() && !refused() ? store.state?.failure : undefined;
   if (!failure || !showing) return undefined;

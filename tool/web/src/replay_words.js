@@ -170,7 +170,7 @@ function ofSince(suspect, { change, at, earliest, latest }, variables, isSure) {
 }
 
 /**
- * `GAIN 0.7 instead of 2, and line 902 (5 s) is not a call`
+ * Puts changes into words: `GAIN 0.7 instead of 2, and line 902 (5 s) is not a call`.
  *
  * @param {Change[]} changes
  * @param {{ variables: Variable[] }} block

@@ -51,7 +51,7 @@ let chunk = 1;
 /** The lag of the run behind real time, in milliseconds. */
 let behind = 0;
 
-/** The number of calls after which the run pauses automatically. @type {number | undefined} */
+/** The number of calls at which the run pauses automatically, if it has a duration. @type {number | undefined} */
 let end;
 /** Why the run paused automatically; empty if it did not, or at the end of its duration. */
 let ended = "";

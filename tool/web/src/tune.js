@@ -36,7 +36,7 @@ const STRUCTURES = /** @type {[Structure, string][]} */ ([
   ["pid", "PID"],
 ]);
 
-/** The time shown before a step, as a fraction of its length. */
+/** The time shown before a step, as a fraction of the step's duration. */
 const BEFORE_STEP = 0.1;
 
 /**
@@ -299,7 +299,7 @@ let isFromCsv;
  */
 const tests = new WeakMap();
 
-/** Identifies from the whole run. */
+/** Identifies from the run, not only from its last step test. */
 function identifyRun() {
   if (store.loop) tests.delete(store.loop);
   identify(false);
