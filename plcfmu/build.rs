@@ -1,14 +1,14 @@
-//! Embeds files into the command, as lists of (path, text): in `sources.rs`, the sources of `blocks` and `fmu` for
-//! `plcfmu new`; in `web.rs`, the sources of the parameter tool's page. In `program_library.rs`, it embeds the library
-//! that runs all programs in SCL, or the folder in which to build it.
+//! Generates the Rust files through which the command embeds other files. `sources.rs` and `web.rs` are lists of
+//! (path, text): the sources of `blocks` and `fmu` for `plcfmu new`, and those of the parameter tool's page.
+//! `program_library.rs` contains the library that runs all SCL programs, or the folder in which to build it.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs, io};
 
-/// The environment variable that omits the program library if set to `beside`: in a release, the libraries for all
-/// platforms are next to the command.
+/// If this environment variable is `beside`, the command does not embed the program library: in a release, the
+/// libraries for all platforms are next to the command.
 const PROGRAMS: &str = "PLCFMU_PROGRAMS";
 
 fn main() -> io::Result<()> {
@@ -36,9 +36,9 @@ fn main() -> io::Result<()> {
     fs::write(out().join("program_library.rs"), text)
 }
 
-/// The source of the program library, as an expression: its bytes, or the clone's folder. It is compiled here only for
-/// an optimized command, so that a command built by `cargo install` needs neither the clone nor cargo. For a debug
-/// build, which is compiled often, that would take too long.
+/// The Rust expression in `program_library.rs`: the library's bytes, the root of the clone in which to build it, or
+/// neither. The library is compiled here only for an optimized command, so that a command built by `cargo install`
+/// needs neither the clone nor cargo. For a debug build, which is compiled often, that would take too long.
 fn program_library(root: &Path) -> io::Result<String> {
     println!("cargo::rerun-if-env-changed={PROGRAMS}");
     if env::var_os(PROGRAMS).is_some_and(|place| place == "beside") {
@@ -49,7 +49,7 @@ fn program_library(root: &Path) -> io::Result<String> {
     }
     let variable = |name: &str| env::var(name).map_err(io::Error::other);
     let target = variable("TARGET")?;
-    // A separate folder, because the cargo that runs this program has locked the usual one.
+    // A separate target folder, because the cargo that runs this build script has locked the usual one.
     let folder = out().join("program_library");
     let cargo_home =
         env::var_os("CARGO_HOME").map_or(env::home_dir().unwrap_or_default().join(".cargo"), PathBuf::from);
@@ -63,7 +63,7 @@ fn program_library(root: &Path) -> io::Result<String> {
         .args(["build", "--profile", "library", "--package", "program_library", "--target", &target, "--target-dir"])
         .arg(&folder);
     cargo.current_dir(root).env("CARGO_ENCODED_RUSTFLAGS", flags).env_remove("RUSTFLAGS");
-    // Set by clippy, but the library must be compiled.
+    // Clippy sets this variable to check crates without compiling them, but the library must be compiled.
     let output = cargo.env_remove("RUSTC_WORKSPACE_WRAPPER").output()?;
     if !output.status.success() {
         return Err(io::Error::other(format!(
@@ -93,13 +93,13 @@ fn out() -> PathBuf {
     PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default())
 }
 
-/// Whether a file is part of the page.
+/// Whether a file is part of the parameter tool's page: a source, or the licence of a vendored script.
 fn is_of_page(path: &Path) -> bool {
     path.extension().is_some_and(|extension| ["html", "css", "js"].iter().any(|of| extension == *of))
         || path.file_name().is_some_and(|name| name == "LICENSE")
 }
 
-/// Writes a list of files, with paths from `root`.
+/// Writes the list of `files` to the generated file `name`, with paths relative to `root`.
 fn write(name: &str, root: &Path, mut files: Vec<PathBuf>) -> io::Result<()> {
     files.sort();
     let mut list = String::from("&[\n");
@@ -112,7 +112,7 @@ fn write(name: &str, root: &Path, mut files: Vec<PathBuf>) -> io::Result<()> {
     fs::write(out().join(name), list)
 }
 
-/// Adds the wanted files in a folder and below it.
+/// Adds the wanted files in a folder and its subfolders to `files`.
 fn collect(folder: &Path, is_wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();

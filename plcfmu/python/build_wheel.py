@@ -3,8 +3,8 @@
     target/venv/bin/python plcfmu/python/build_wheel.py --fmus target/fmu --out target/dist --archive
 
 Needs Rust and, in the Python that runs this program, maturin and (for Linux) ziglang. `cargo xtask fmu` installs both
-in target/venv. For targets other than this machine, PLCFMU_CROSS_CARGO may name another cargo. The same sources and
-FMUs yield the same bytes.
+in target/venv. The environment variable PLCFMU_CROSS_CARGO may name another cargo, which is used for targets other than
+this machine. The same sources and FMUs yield a byte-identical wheel.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ PYTHON = pathlib.Path(__file__).resolve().parent
 ROOT = PYTHON.parents[1]
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 
-# Additional files in the wheel.
+# The licence files in the wheel.
 LICENSES = ("LICENSE-MIT", "LICENSE-APACHE")
+# The line in pyproject.toml that stage() replaces with the absolute path.
 MANIFEST = 'manifest-path = "../Cargo.toml"'
 
 # FMI's names of the platforms for which the command is built, by Rust target.
@@ -81,7 +82,7 @@ def stage(fmus: list[pathlib.Path], programs: pathlib.Path, folder: pathlib.Path
 
 
 def environment(target: str) -> dict[str, str]:
-    """The environment variables for maturin, which keep this machine's paths and the time out of the wheel."""
+    """The environment variables for maturin, which keep this machine's paths and the build time out of the wheel."""
     cargo_home = os.environ.get("CARGO_HOME") or pathlib.Path.home() / ".cargo"
     flags = [f"--remap-path-prefix={cargo_home}=/cargo", f"--remap-path-prefix={ROOT}=/plcfmu"]
     if target.endswith("-windows-gnu"):
@@ -110,7 +111,7 @@ def build(fmus: list[pathlib.Path], programs: pathlib.Path, out: pathlib.Path, t
     own = TARGET / "portable" if target == host() else TARGET / "platforms" / PLATFORMS[target]
     command += ["--target-dir", str(own)]
     if "-linux-" in target:
-        # Runs with glibc 2.17 or newer, like the FMUs.
+        # The command then runs with glibc 2.17 or newer, like the FMUs.
         command += ["--zig", "--compatibility", "manylinux2014"]
     done = subprocess.run(command, cwd=staged, env=environment(target))
     if done.returncode != 0:

@@ -32,7 +32,8 @@ the same numbers to the last bit.
 
 
 def reference(package, name):
-    """The description of an FMU's reference experiment: its times, and the settings that its inputs cannot hold."""
+    """An FMU's reference experiment: (start, stop, step) in seconds, as strings, and the settings to be made before
+    initialization ends, which the input file cannot contain."""
     text = package.read("documentation/fmi-ls-ref.txt").decode()
     times = re.search(r"^Start time (\S+) s, stop time (\S+) s, communication step (\S+) s", text, re.MULTILINE)
     if not times:
@@ -41,7 +42,7 @@ def reference(package, name):
 
 
 def files(path, version):
-    """The files of an FMU's folder, and the platforms of the FMU."""
+    """The files in an FMU's folder, by name, and the platforms of the cross-check that the FMU supports."""
     name = path.stem
     with zipfile.ZipFile(path) as package:
         (start, stop, step), settings = reference(package, name)
@@ -81,7 +82,7 @@ def entry(address):
 
 
 def write(fmus, out, version, address=""):
-    """Writes the folder. Without an address, it writes no entry for the list of tools, which requires one."""
+    """Writes the folder `out`. Without an address, the list of tools gets no entry, because the entry requires one."""
     for path in sorted(Path(fmus).glob("*.fmu")):
         made, platforms = files(path, version)
         for platform in platforms:

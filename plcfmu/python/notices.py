@@ -1,6 +1,6 @@
 """The licences of the code linked into the command `plcfmu`: the file NOTICE.txt in the wheel and the archives.
 
-The crates and their licence texts are those from which cargo built it.
+The crates are listed by cargo; their licence texts are in the source folders from which cargo builds them.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ components listed in NOTICE.
 
 
 def crates(target: str, package: str = "plcfmu") -> dict[str, dict[str, Any]]:
-    """The third-party crates linked into a package, by `name version`, as cargo describes them."""
+    """The third-party crates linked into a package, by `name version`: their entries in `cargo metadata`."""
     options = ["--package", package, "--edges", "normal,no-proc-macro", "--target", target, "--no-dedupe"]
     lines = cargo("tree", *options, "--prefix", "none", "--format", "{p}").splitlines()
     linked = {" ".join(line.split()[:2]) for line in lines}
@@ -64,8 +64,8 @@ RULE = "-" * 100
 
 
 def licences(linked: dict[str, dict[str, Any]]) -> list[str]:
-    """A line for each crate, followed by each licence text once."""
-    # Copies of the same text differ in their white space.
+    """A line for each crate, then each different licence text once, with the crates to which it applies."""
+    # Copies of the same text may differ in white space.
     different: dict[str, tuple[str, list[str]]] = {}
     for crate, package in linked.items():
         folder = pathlib.Path(package["manifest_path"]).parent
@@ -92,7 +92,7 @@ def notices(target: str) -> str:
 
 
 def of_programs(target: str) -> str:
-    """The library notices in the FMU of a PLC program: the file NOTICE-PROGRAM, written by `python notices.py`."""
+    """The licence notices of the library in a PLC program's FMU: the file NOTICE-PROGRAM, written by `python notices.py`."""
     text = "\n".join([PROGRAM, *licences(crates(target, "program_library"))])
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 

@@ -25,7 +25,7 @@ RUN += ["--record=TankFilling.inletValve", "--out=-"]
 
 
 def of_wheel(wheel: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
-    """Installs the wheel in a new environment without the packages needed only in Python; returns the command."""
+    """Installs the wheel, without its Python dependencies, in a new environment; returns the path of the command."""
     venv.create(folder, with_pip=False)
     programs = folder / ("Scripts" if os.name == "nt" else "bin")
     pip = [sys.executable, "-m", "pip", "--python", str(programs / "python"), "install", "--quiet"]
@@ -34,7 +34,7 @@ def of_wheel(wheel: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
 
 
 def of_archive(archive: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
-    """Unpacks the archive in a new folder and returns the command."""
+    """Unpacks the archive in a new folder and returns the path of the command."""
     if archive.suffix == ".zip":
         with zipfile.ZipFile(archive) as packed:
             packed.extractall(folder)

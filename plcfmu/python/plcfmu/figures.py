@@ -24,7 +24,7 @@ def integral_error(time: Array, pv: Array, sp: Array) -> float:
 
 
 class Figure(NamedTuple):
-    """A quality figure: its value, and the value predicted by theory."""
+    """A quality figure: its value, and the value predicted by theory, if any."""
 
     name: str
     value: Union[float, str]
@@ -37,13 +37,14 @@ class Figure(NamedTuple):
 
 
 class Figures:
-    """Quality figures, in order. `figures["overshoot"]` is the value of one, `print(figures)` prints a table."""
+    """Quality figures in the order in which they were added. `figures["overshoot"]` is the value of one figure;
+    `print(figures)` prints a table."""
 
     def __init__(self, figures: Iterable[Figure] = ()) -> None:
         self._figures = list(figures)
 
     def add(self, name: str, value: Union[float, str], unit: str = "", theory: Union[None, float, str] = None) -> None:
-        """Adds a figure, with the value predicted by theory."""
+        """Adds a figure, optionally with the value predicted by theory."""
         self._figures.append(Figure(name, value, unit, theory))
 
     def __iadd__(self, more: Figures) -> Figures:
@@ -85,8 +86,9 @@ def step_figures(
     They have the same names as in the parameter tool and in studies: rise, overshoot, settling, iae, ise and peak, and
     with the manipulated value `lmn` also travel. `disturbances` are the times of disturbances of the loop: the figures
     of the step end at the first, and recovery, disturbed_peak and disturbed_iae describe the last. A figure without a
-    value is NaN: a loop that has not settled has no settling time. `unit` is the unit of the process value, such as
-    "K", `travel_unit` that of `lmn`; `prefix` is prepended to each name; `theory` maps names to predicted values.
+    value is NaN, such as the settling time of a loop that has not settled. `unit` is the unit of the process value,
+    such as "K", `travel_unit` that of `lmn`; `prefix` is prepended to each name; `theory` maps names to predicted
+    values.
 
     Raises CommandNotFoundError if the command `plcfmu`, which computes the figures, is not found.
     """

@@ -5,7 +5,7 @@ FMUs are searched for in one folder, the first of these:
 1. the folder specified by the caller;
 2. the folder named by the environment variable PLCFMU_FMUS;
 3. the FMUs that were installed with this package;
-4. `target/fmu` of the repository, if the package is imported from a checkout.
+4. `target/fmu` in the repository, if the package is imported from a checkout.
 """
 
 from __future__ import annotations

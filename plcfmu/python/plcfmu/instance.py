@@ -58,7 +58,7 @@ class Variable(NamedTuple):
     causality: str  # "input", "output", "parameter", "local", ...
     unit: Optional[str]  # physical unit, such as "degC"
     description: str
-    shape: tuple[int, ...] = ()  # the sizes of an array
+    shape: tuple[int, ...] = ()  # the size of each dimension of an array; empty for a scalar
 
 
 class _Package(NamedTuple):
@@ -73,7 +73,7 @@ class _Package(NamedTuple):
 
 
 class Fmus:
-    """The FMUs of a folder, and their instances, which are freed at the end of the `with` block.
+    """The FMUs in a folder, and their instances, which are freed at the end of the `with` block.
 
         with plcfmu.Fmus() as fmus:
             furnace = fmus.start("HEATER", T_START=170.0)
@@ -185,7 +185,7 @@ class Instance:
         if not self._open:
             return
         self._open = False
-        # An FMU that has refused a step may also refuse this; it is freed anyway.
+        # An FMU that has refused a step may also refuse to terminate; it is freed anyway.
         with contextlib.suppress(FMICallException):
             self._slave.terminate()
         self._slave.freeInstance()
@@ -362,7 +362,7 @@ def split(names: Union[str, Iterable[str]]) -> list[str]:
 def _unpacked(path: pathlib.Path) -> _Package:
     """Reads and unpacks an FMU; raises FmuError if it cannot run here."""
     try:
-        # Tools write descriptions that break some rules, but still run.
+        # Some tools export FMUs whose descriptions break rules of the standard; these FMUs can still be run.
         description = fmpy.read_model_description(str(path), validate=False)
     except (zipfile.BadZipFile, KeyError) as error:
         raise FmuError(f"{path} is not an FMU: {error}") from error

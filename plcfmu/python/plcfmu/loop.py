@@ -6,7 +6,7 @@ Every loop is wired like a PLC program. In each communication step, from t to t 
 2. a row is recorded: what the controllers read and returned in their calls at t;
 3. the plants are stepped, in order, over the same time with the manipulated values from these calls.
 
-In the reverse order, the loop also works, but has one more step of dead time.
+With the plants stepped first, the loop would also work, but with one more step of dead time.
 """
 
 from __future__ import annotations
@@ -100,7 +100,8 @@ class _Loop:
                     f'fmus.start("{instance.name}", name="{instance.name}_2")'
                 )
             self.instances[instance.name] = instance
-        # By the receiving instance's name and its variable.
+        # All three by the receiving instance's name, then by its variable: the source, the function of time, and the
+        # function's value in the current step.
         self.connected: dict[str, dict[str, tuple[Instance, str]]] = {name: {} for name in self.instances}
         self.functions: dict[str, dict[str, Callable[[float], Any]]] = {name: {} for name in self.instances}
         self.given: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
@@ -156,14 +157,14 @@ def _listed(instances: Union[Instance, Sequence[Instance]]) -> list[Instance]:
 
 
 def _function(value: Input, step: float) -> Callable[[float], Any]:
-    """An input as a function of time."""
+    """Converts an input to a function of time in seconds."""
     if callable(value):
         return value
     if not isinstance(value, Sequence):
         constant = value
         return lambda _: constant
     steps = sorted(value, key=lambda pair: pair[0])
-    # The times are multiples of the step, so they may be rounded: 3 * 0.1 is not 0.3.
+    # The times of a run are computed as multiples of the step, with rounding errors: 3 * 0.1 is not 0.3.
     tolerance = 1e-6 * step
     if not steps or steps[0][0] > tolerance:
         raise ValueError(f"the steps of an input must begin at time 0, as in [(0.0, 170.0), (60.0, 180.0)]: {value!r}")

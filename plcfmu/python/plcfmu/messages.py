@@ -16,7 +16,7 @@ LOGGER = logging.getLogger("plcfmu")
 
 
 class Message(NamedTuple):
-    """One message of an FMU."""
+    """A message logged by an FMU."""
 
     instance: str
     status: int  # an fmi2Status: 0 OK, 1 Warning, 2 Discard, 3 Error, 4 Fatal

@@ -46,8 +46,8 @@ def params(
     "FB 41"). `loop` selects one of several loops, or names a loop that the file leaves unnamed. `offset` is the byte at
     which the instance begins in a dump or in a PLC's data block.
 
-    A TIME is in seconds. Values that the file does not set have the block's start value, so each loop is complete. The
-    command's remarks and warnings go to the logger "plcfmu".
+    A TIME is in seconds. Variables that the file does not set have the block's start values, so each loop is complete.
+    The command's remarks and warnings go to the logger "plcfmu".
 
     Raises ParameterError, and CommandNotFoundError if the command `plcfmu` is not found.
     """

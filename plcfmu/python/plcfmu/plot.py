@@ -101,12 +101,12 @@ def picture(
     columns: int = 1,
     same_time: bool = True,
 ) -> Iterator[Any]:
-    """Yields axes arranged below each other to draw on, and writes the picture to `path` at the end.
+    """Yields axes to draw on, stacked vertically, and writes the picture to `path` at the end.
 
-    `title` describes the picture. `labels` are the labels of the vertical axes, with units; they are placed above the
-    axes. `heights` are the shares of the height. The horizontal axis is the time in seconds, shared by all axes unless
-    `same_time` is False. `size` is in inches. With more than one column, the axes are an array of rows and columns,
-    with one label per row. The formats are the same as for `save`; None writes no file.
+    `title` is the picture's heading. `labels` are the labels of the vertical axes, with units; they are placed above
+    the axes. `heights` are the shares of the height. The horizontal axis is the time in seconds, shared by all axes
+    unless `same_time` is False. `size` is in inches. With more than one column, the axes are an array of rows and
+    columns, with one label per row. The formats are the same as for `save`; None writes no file.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -134,7 +134,10 @@ def picture(
 
 
 def _end_at_tick(axes: Any) -> None:
-    """Extends the horizontal axis to a tick if a round step permits: the row at 599 s holds until 600 s."""
+    """Extends the horizontal axis to a tick if a round tick spacing has one less than 1 % beyond the data.
+
+    For example, an axis ends at 600 s if the last row is at 599 s, since that row is held until 600 s.
+    """
     from matplotlib.ticker import FixedLocator, MultipleLocator
 
     left, right = axes.get_xlim()
@@ -152,7 +155,7 @@ def _end_at_tick(axes: Any) -> None:
 
 
 def label(axes: Any, text: str) -> None:
-    """Labels the vertical axis above it, where the text has room and need not be rotated."""
+    """Places the label of the vertical axis above the axis, where it has room and need not be rotated."""
     from matplotlib.transforms import ScaledTranslation
 
     above = axes.transAxes + ScaledTranslation(0.0, 3.5 / 72.0, axes.figure.dpi_scale_trans)

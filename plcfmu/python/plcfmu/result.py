@@ -29,7 +29,7 @@ class Signal(NamedTuple):
 
 
 class Result:
-    """The time in seconds and the signals over it: numbers, with FALSE and TRUE as 0 and 1.
+    """Signals over time, all as numbers: the time in seconds, FALSE as 0 and TRUE as 1.
 
     `result["CONT_C.LMN"]` is a signal and `result.time` the time, each a numpy array with one value per row. `quality`
     may hold figures of the run.
@@ -87,7 +87,7 @@ class Result:
         return self["time"]
 
     def between(self, start: float, end: float) -> Result:
-        """A new result with the rows of start <= time < end, tolerating rounded times."""
+        """A new result with the rows of start <= time < end, in seconds. Times within TOLERANCE of a limit equal it."""
         part = Result()
         part._signals = self._signals
         if self._rows:
@@ -134,8 +134,8 @@ class Result:
     def to_csv(self, path: Path, digits: Optional[int] = None) -> None:
         """Writes the time and all signals, one row per line.
 
-        Without `digits`, the numbers read back bit-identical; 9 digits are enough for a REAL. The file is written
-        completely or not at all.
+        `digits` is the number of significant digits; 9 are enough for a REAL. By default, reading the file returns
+        bit-identical numbers. The file is written completely or not at all.
         """
         with replacing(path) as beside, open(beside, "w", newline="", encoding="utf-8") as file:
             table = csv.writer(file, lineterminator="\n")

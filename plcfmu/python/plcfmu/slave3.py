@@ -22,7 +22,7 @@ class Slave3(fmi3.FMU3Slave):
         self._start_time = 0.0
 
     def instantiate(self, callbacks: Any = None, loggingOn: bool = False) -> None:
-        """Calls `fmi3InstantiateCoSimulation`; of the callbacks, FMI 3.0 needs only the logger."""
+        """Calls `fmi3InstantiateCoSimulation`. Ignores `callbacks`: FMI 3.0 needs only a logger, which is `_log`."""
         super().instantiate(loggingOn=loggingOn, logMessage=self._log)
 
     def _log(self, environment: Optional[int], status: int, category: bytes, text: bytes) -> None:
@@ -30,7 +30,7 @@ class Slave3(fmi3.FMU3Slave):
         self._messages.append(Message(self.instanceName, status, *decoded))
 
     def setupExperiment(self, startTime: float) -> None:
-        """Stores the start time: FMI 3.0 gets it on entering Initialization Mode."""
+        """Stores the start time, which FMI 3.0 passes only on entering Initialization Mode."""
         self._start_time = startTime
 
     def enterInitializationMode(self) -> None:
@@ -40,7 +40,7 @@ class Slave3(fmi3.FMU3Slave):
         super().setString(references, [value.decode() for value in values])
 
     def doStep(self, t: float, h: float) -> None:
-        """Calls `fmi3DoStep`; an early return was not permitted and is an error."""
+        """Calls `fmi3DoStep`. A request to end the simulation is an error; so is an early return, never permitted here."""
         _, ends, early, _ = super().doStep(t, h)
         if ends or early:
             raise FMICallException(function="fmi3DoStep", status=ERROR)

@@ -66,10 +66,10 @@ class StudyResult:
         return {int(run): error for run, error in zip(table["run"], table["error"]) if error}
 
     def table(self) -> NDArray[np.void]:
-        """A row for each run: its number, its input values, its figures (NaN if one has no value), its error.
+        """One row per run: its number, input values, figures (NaN for a figure without a value) and error.
 
-        `frame()` returns the same for pandas or polars. Raises StudyError if the file is runs.parquet and the package
-        pyarrow is missing.
+        `frame()` returns the same table for pandas or polars. Raises StudyError if the file is runs.parquet and the
+        package pyarrow is missing.
         """
         columns = _parquet(path) if (path := self.folder / "runs.parquet").is_file() else _csv(self.folder / "runs.csv")
         kinds: dict[str, Any] = {"run": np.int64, "loop": object, "error": object}
@@ -111,7 +111,7 @@ class StudyResult:
             parts.append(f"<p>{text(one['expectation'])}: {verdict}</p>")
         parts.append("<table><tr><th>Figure</th><th>5 %</th><th>Median</th><th>95 %</th><th>Worst run</th></tr>")
         for figure in summary["figures"]:
-            # As in the pictures below.
+            # The same notation as in the pictures below.
             unit = f" in {figure['unit']}".replace("degC", "°C") if figure["unit"] else ""
             numbers = [figure["percentiles"].get(name) for name in ("p5", "p50", "p95")]
             cells = [text(figure["name"] + unit), *("" if number is None else f"{number:.6g}" for number in numbers)]
@@ -193,10 +193,10 @@ def study(
     - `fmus`: the folder of the loop's FMUs; by default, that of the loop's description.
     - `expect`: one or several expectations of the runs, such as "overshoot < 10 %"; `StudyResult.unmet` lists those
       that are not met.
-    - `curves`: the runs whose signals over time are also written.
+    - `curves`: the numbers of the runs whose signals over time are also written.
     - `limit`: the time limit for one run, in seconds (0.1 to 1e6), after which its FMU is considered hung.
     - `resume`: continues an earlier, interrupted call with the same `out`. Finished runs are not repeated.
-    - `format`: "parquet" or "csv".
+    - `format`: the format of the run table, "parquet" or "csv".
     - `progress`: shows a progress bar.
 
     The cluster needs this package, including the program, in the same version everywhere. A worker that dies costs only
@@ -205,7 +205,7 @@ def study(
     Raises StudyError, ValueError for any other format, CommandNotFoundError if the command `plcfmu` is not found, and
     ModuleNotFoundError without Dask.
     """
-    # Check first: the command gets the format only at the end.
+    # Checked first, because the command gets the format only after all runs.
     if format not in ("parquet", "csv"):
         raise ValueError(f"format={format!r}: must be parquet or csv")
     expectations = [expect] if isinstance(expect, str) else list(expect)
@@ -244,7 +244,8 @@ def study(
             except Exception as error:
                 raise StudyError(f"{error}; {parts}") from error
     done = called(program, *given, f"--out={folder}", "--resume", f"--format={format}")
-    # The parts are removed once all files are written; then the command's errors about the runs are in the summary.
+    # The command removes the parts once it has written all files. If it fails after that, the reason is in the summary:
+    # failed runs, or expectations that are not met.
     if done.returncode != 0 and parts.folder.exists():
         raise StudyError(f"{reason(done)}; {parts}")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
@@ -284,7 +285,7 @@ def _connected(client: Union[Client, str, None]) -> Iterator[Client]:
 
 
 class _Parts:
-    """The finished runs of a study: files `FIRST-END.part`, each with the rows of these runs."""
+    """The finished runs of a study: files `FIRST-END.part`, each with the rows of the runs FIRST to END - 1."""
 
     def __init__(self, folder: pathlib.Path, fingerprint: str, count: int) -> None:
         self.folder = folder

@@ -22,23 +22,23 @@ from .files import replacing
 from .messages import LOGGER
 from .parameters import CommandNotFoundError, called, command, reason
 
-# How long a worker should be busy with one range of runs, in seconds, and what each thread of the cluster adds, so that
-# a large cluster does not request more ranges than the client can hand out.
+# How long one range of runs should keep a worker busy, in seconds: WORK, plus WORK_PER_THREAD for each thread in the
+# cluster, so that a large cluster does not request ranges faster than the client can hand them out.
 WORK = 2.0
 WORK_PER_THREAD = 0.02
-# The maximum ratio between the sizes of a range and the last measured range.
+# The maximum ratio of a range's size to that of the last measured range.
 GROWTH = 16
 # How many ranges each thread has at a time: the running one and the next.
 OUTSTANDING = 2
 # How often a range is retried if a worker could not run it. Dask itself counts workers that died.
 RETRIES = 2
-# In a long study, a range takes this share of the time so far, to limit the number of parts.
+# In a long study, a range should take at least this share of the time elapsed so far, to limit the number of parts.
 WORK_SHARE = 0.01
-# How often the client queries the number of threads, in seconds.
+# The interval at which the client queries the number of threads and checks for workers, in seconds.
 PATIENCE = 1.0
 # A cluster that has been without workers for this many seconds is reported.
 LONELY = 5.0
-# The folder in a worker's local directory.
+# The folder for the files of studies, in a worker's local directory.
 FOLDER = "plcfmu"
 
 
@@ -77,7 +77,8 @@ class Files(WorkerPlugin):
 
     def __init__(self, fingerprint: str, owner: str, bundle: pathlib.Path) -> None:
         self.fingerprint = fingerprint
-        # Includes the client, so that its end does not remove the files of another client's study.
+        # Includes the client's ID, because another client may run the same study, and unregisters its plugin at the
+        # end.
         self.name = f"plcfmu-{fingerprint}-{owner}"
         self.contents = {f"fmus/{path.name}": path.read_bytes() for path in sorted((bundle / "fmus").iterdir())}
         self.contents[f"{fingerprint}.json"] = (bundle / "study.json").read_bytes()
@@ -112,7 +113,7 @@ def folder_of(worker: Worker) -> pathlib.Path:
 
 
 def run(task: Task, span: Span) -> tuple[bytes, float]:
-    """Makes the runs of a range on the calling worker; returns the part with their results, and the time in seconds.
+    """Executes the runs of a range on the calling worker; returns the part with their results, and the time in seconds.
 
     Raises WorkerError, which names the worker.
     """
@@ -174,12 +175,13 @@ class Share:
         return cut
 
     def learn(self, span: Span, seconds: float, work: float) -> None:
-        """Records the time of a range. The next should take about `work` seconds, including the command's start."""
+        """Adapts the size to the time that a range took: the next should take about `work` seconds, including the
+        command's start."""
         count = span.end - span.first
         if seconds > 2 * work:
             self._size = max(1, int(count * work / seconds))
         elif seconds < work and count >= self._size:
-            # At least twice as many: the share of the command's start in this time is unknown.
+            # At least twice as many runs: how much of this time the command's start took is unknown.
             self._size = int(count * min(max(work / seconds, 2), GROWTH))
 
 
@@ -218,14 +220,14 @@ def results(
             yield span, content
     finally:
         over.set()
-        # An error of a cluster that is gone, or also ended by Ctrl-C, must not hide the original reason.
+        # If the cluster is gone, or Ctrl-C has ended it too, the resulting error must not hide the original one.
         with contextlib.suppress(Exception):
             client.cancel(list(pending))
             client.unregister_worker_plugin(files.name)
 
 
 def register(client: Client, files: Files) -> None:
-    """Sends the files to the workers. Raises WorkerError if one of them cannot accept them."""
+    """Sends the files to the workers. Raises WorkerError if a worker cannot accept them."""
     for attempt in range(1 + RETRIES):
         try:
             client.register_plugin(files)

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The C compilers, with their first argument, in search order.
+/// The C compilers in search order, each with the first argument that it needs, if any.
 const COMPILERS: [(&str, Option<&str>); 5] =
     [("cc", None), ("gcc", None), ("clang", None), ("zig", Some("cc")), ("python-zig", Some("cc"))];
 
@@ -30,10 +30,11 @@ fn compiler() -> Result<Command> {
     Ok(command)
 }
 
-/// Compiles an FMU's source file with this door, and the library's self-description (JSON), into a library in a folder.
+/// Compiles an FMU's C source, which includes the header of `door`, and `interface`, the library's self-description in
+/// JSON, into a library in `folder`.
 ///
 /// # Errors
-/// No compiler is found, or it rejects the file; the error includes its message.
+/// No compiler is found, a file cannot be written, or the compiler rejects the source; the error includes its message.
 pub fn compile(source: &Path, door: &Door, interface: &str, folder: &Path, suffix: &str) -> Result<PathBuf> {
     let (header, about) = (folder.join(door.header_name), folder.join("interface.c"));
     fs::write(&header, door.header)?;

@@ -29,7 +29,7 @@ pub enum Linkage {
     /// By zig: for Linux against glibc [`GLIBC`], so that they run on other Linux systems too; for macOS, from any
     /// system.
     Portable(Zig),
-    /// By the linker that rustc calls: for this machine, against its C library; for Windows, with mingw.
+    /// By the linker that rustc calls: for this machine, against its C library; for Windows from another system, mingw.
     Native,
 }
 
@@ -44,7 +44,7 @@ impl Linkage {
     /// The linkage for a platform other than `host`, this machine.
     ///
     /// # Errors
-    /// The linker is missing, with the remedy.
+    /// The linker is missing; the error states how to install it.
     pub fn cross(workspace: &Workspace, host: &Platform, platform: &Platform) -> Result<Linkage> {
         if platform.is_windows() && !host.is_windows() {
             let prefix = if platform.architecture() == "i686" { "i686" } else { "x86_64" };
@@ -74,8 +74,8 @@ impl Linkage {
     }
 }
 
-/// Builds the release libraries of `crates` for one FMI platform and returns their paths, by package. On macOS, the
-/// libraries for several processors become one file.
+/// Builds the release libraries of `crates` for one FMI platform and returns their paths, by package. Libraries for
+/// several processors (macOS) are joined into one file.
 ///
 /// # Errors
 /// Cargo fails; it has printed the reason.
@@ -117,8 +117,8 @@ pub fn compile(
     built(cargo_build(workspace, platform, linkage)?, crates, platform)
 }
 
-/// Like [`compile`], for a crate that rarely changes, for this machine: portable if zig is found. Prints nothing if it
-/// is already built, otherwise cargo's output, including the wait for another cargo.
+/// Like [`compile`], for one crate that rarely changes, for this machine: on Linux portable if zig is found. Prints
+/// nothing if the crate is already built, otherwise cargo's output, including the wait for another cargo.
 ///
 /// # Errors
 /// As for [`compile`].
@@ -134,7 +134,7 @@ pub fn compile_once(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<(Plat
     Ok((host, libraries.into_values().next().context("cargo did not build a library")?))
 }
 
-/// Forwards cargo's output except for its last line, which is the only one if there is nothing to do.
+/// Forwards cargo's output to standard error except for the line "Finished", the only one if nothing had to be built.
 fn pass_on(said: impl Read) {
     let lines = BufReader::new(said).lines().map_while(Result::ok);
     lines.filter(|line| !line.trim_start().starts_with("Finished ")).for_each(|line| eprintln!("{line}"));
@@ -154,7 +154,7 @@ fn built(mut build: Command, crates: &[FmuCrate], platform: &Platform) -> Result
     crates.iter().map(library).collect()
 }
 
-/// The command that builds release files for a platform; the targets must still be added.
+/// The cargo command that builds for a platform with the profile `library`; the caller adds the packages.
 ///
 /// # Errors
 /// rustc cannot report this machine's platform.
@@ -198,7 +198,8 @@ fn target_folder(workspace: &Workspace, platform: &Platform, linkage: &Linkage) 
     })
 }
 
-/// Flags that keep this machine's paths out of the libraries, and those for the linker.
+/// The flags that keep this machine's paths out of the libraries, and those for the platform's linker, as the value of
+/// `CARGO_ENCODED_RUSTFLAGS`.
 pub fn flags(workspace: &Workspace, platform: &Platform) -> String {
     let home = std::env::home_dir().unwrap_or_default();
     let cargo_home = std::env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from);
@@ -216,14 +217,14 @@ fn platform_flags(platform: &Platform) -> &'static [&'static str] {
         // With a static C runtime: not every Windows system has VCRUNTIME140.dll.
         &["-Ctarget-feature=+crt-static", "-Clink-arg=/Brepro"]
     } else if platform.is_macos() {
-        // rpath sets a library name without this machine's path.
+        // With rpath, the library's install name does not contain a path of this machine.
         &["-Crpath=yes", "-Clink-arg=-Wl,-x", "-Clink-arg=-Wl,-S"]
     } else {
         &[]
     }
 }
 
-/// [`artifacts`] for a platform, with the remedy if Rust's standard library is missing.
+/// Like [`artifacts`], but if Rust's standard library for the platform is missing, the error states how to install it.
 ///
 /// # Errors
 /// As for [`artifacts`].
@@ -262,8 +263,8 @@ fn read(log: &mut File) -> Result<String> {
     Ok(text)
 }
 
-/// Runs a cargo command that builds, and returns its artifacts. Diagnostics reach standard error even if cargo's is
-/// piped.
+/// Runs a cargo build command and returns its artifacts. If its standard error is piped, the output is forwarded to
+/// this program's standard error.
 ///
 /// # Errors
 /// Cargo cannot be started or fails.

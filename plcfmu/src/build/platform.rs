@@ -62,8 +62,8 @@ impl Platform {
         })
     }
 
-    /// The platforms to build on `host` for an FMI folder: for macOS, both processors; for Windows, one C runtime, the
-    /// host's if the host is Windows.
+    /// The platforms to build on `host` for an FMI folder: for macOS, both processors; for Windows, one C runtime:
+    /// MSVC's if the host uses it, otherwise GNU's.
     pub fn of_folder(folder: &str, host: &Platform) -> Vec<Platform> {
         let mut platforms: Vec<_> = PLATFORMS.into_iter().filter(|platform| platform.folder == folder).collect();
         if platforms.iter().any(Platform::is_windows) {
@@ -144,8 +144,8 @@ pub fn folders() -> Vec<&'static str> {
     folders
 }
 
-/// The compiler that cargo calls in a workspace's folder, unless configured otherwise. It is started there, like cargo:
-/// rustup chooses a toolchain by the folder, and may run one inside it.
+/// The compiler that cargo calls in a workspace's folder, unless configured otherwise. Like cargo, it is started in
+/// that folder, because rustup chooses the toolchain by the current folder, which may even contain it.
 pub fn rustc(root: &Path) -> Command {
     let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
     rustc.current_dir(root);

@@ -154,7 +154,7 @@ pub fn update(crate_folder: &Path) -> Result<()> {
     fs::rename(temporary.path().join(SOURCES_FOLDER), &folder).with_context(failed)
 }
 
-/// All files of the folder of sources.
+/// All files in the folder of plcfmu sources: path in the folder, and text.
 fn sources() -> impl Iterator<Item = (String, String)> {
     let beside = BESIDE_SOURCES.iter().map(|(path, text)| (*path, text.replace("VERSION", env!("CARGO_PKG_VERSION"))));
     let sources = SOURCES.iter().map(|(path, text)| (*path, text.to_string()));

@@ -5,7 +5,7 @@ use object::Endianness;
 use object::macho::{FAT_MAGIC, MachHeader64};
 use object::read::macho::MachHeader;
 
-/// Each library begins at a multiple of 2 to this power, the page size of Apple's processors.
+/// Each library begins at a multiple of 2 to this power in bytes, the page size of Apple's processors.
 const ALIGNMENT: u32 = 14;
 
 /// Joins libraries that are each for a single processor.
@@ -36,7 +36,7 @@ pub fn join(libraries: &[Vec<u8>]) -> Result<Vec<u8>> {
     Ok(file)
 }
 
-/// The processor numbers in a library's header.
+/// The CPU type and subtype in a library's header.
 fn processor(library: &[u8]) -> Result<(u32, u32)> {
     let header = MachHeader64::<Endianness>::parse(library, 0);
     let read =

@@ -6,16 +6,16 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The workspace of the current folder: one of several packages, or a single package.
+/// A cargo workspace of one or more packages.
 #[derive(Debug)]
 pub struct Workspace {
-    /// Its folder.
+    /// Its root folder.
     pub root: PathBuf,
     /// The folder in which cargo builds.
     pub target: PathBuf,
     /// Its FMU packages, sorted by name.
     pub crates: Vec<FmuCrate>,
-    /// The package of the program library.
+    /// The package of the program library, which runs all SCL programs; `None` outside a clone of plcfmu.
     pub programs: Option<FmuCrate>,
 }
 
@@ -28,7 +28,7 @@ pub struct FmuCrate {
     pub library: String,
     /// The package's licence, as an SPDX expression.
     pub license: Option<String>,
-    /// Packed only if requested with `-p`.
+    /// Whether it is packed only if requested with `-p`: `test-only = true` under `[package.metadata.plcfmu]`.
     pub test_only: bool,
     /// Whether its FMU has no C source: `sources = false` under `[package.metadata.plcfmu]`.
     pub without_sources: bool,
@@ -109,7 +109,7 @@ fn fmu_crate(package: &Package) -> Option<FmuCrate> {
     })
 }
 
-/// The folders with the sources of a package and of its path dependencies, except for the crates common to all FMUs.
+/// The source folders of a package and of its path dependencies, except for `blocks` and `fmu`, which all FMUs share.
 fn folders(metadata: &Metadata, name: &str) -> Vec<PathBuf> {
     let Some(package) = metadata.packages.iter().find(|package| package.name == name) else { return Vec::new() };
     let root = package.manifest_path.parent().map(|folder| folder.as_std_path().to_path_buf());
@@ -128,8 +128,8 @@ pub fn cargo() -> Command {
     cargo
 }
 
-/// The environment variable with the cargo for platforms other than this machine's. It may be a script that selects
-/// another compiler; the libraries for this machine are unaffected.
+/// The environment variable that names the cargo for platforms other than this machine's. It may be a script that
+/// selects another compiler; the libraries for this machine are unaffected.
 pub const CROSS_CARGO: &str = "PLCFMU_CROSS_CARGO";
 
 /// The cargo for platforms other than this machine's: from the environment variable [`CROSS_CARGO`], or the usual one.
@@ -140,8 +140,8 @@ pub fn cross_cargo() -> Command {
     cargo
 }
 
-/// Removes from a command's environment the package variables that are set if `cargo run` or `cargo test` started this
-/// program. Build scripts that watch these variables would rerun each time.
+/// Removes from a command's environment the package variables, which `cargo run` and `cargo test` set for the program
+/// that they start. Otherwise, build scripts that watch these variables would rerun each time.
 pub fn forget_package(command: &mut Command) {
     for (name, _) in std::env::vars_os() {
         let name = name.to_string_lossy();

@@ -78,8 +78,8 @@ fn on_path() -> Offer {
     }
 }
 
-/// The tools that an interpreter has. It is started in the workspace, because it imports modules from its current
-/// folder.
+/// The tools in an interpreter's environment. The interpreter is started in the workspace's folder, because it also
+/// imports modules from its current folder.
 fn in_python(python: &Path, root: &Path) -> Option<Offer> {
     Some(offer(python, &output(Command::new(python).args(["-c", DESCRIBE]).current_dir(root)).ok()?))
 }
