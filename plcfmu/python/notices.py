@@ -92,7 +92,7 @@ def notices(target: str) -> str:
 
 
 def of_programs(target: str) -> str:
-    """The licence notices of the library in a PLC program's FMU: the file NOTICE-PROGRAM, written by `python notices.py`."""
+    """The notices of the library in a PLC program's FMU: the file NOTICE-PROGRAM, written by `python notices.py`."""
     text = "\n".join([PROGRAM, *licences(crates(target, "program_library"))])
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 

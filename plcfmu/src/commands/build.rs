@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// The FMUs to build.
 #[derive(clap::Args, Debug)]
-#[group(skip)] // clap names a group after the type, and the packer's has the same name
+#[group(skip)] // clap names a group after its type, and the type of the flattened options has the same name
 pub struct Options {
     #[command(flatten)]
     pack: pack::Options,
@@ -25,7 +25,7 @@ pub struct Options {
     update: bool,
 }
 
-/// Builds and packs.
+/// Packs a program if the first arguments name its sources, otherwise the FMUs of the current workspace.
 pub fn run(options: &Options) -> Result<()> {
     let names = &options.pack.names;
     if names.iter().any(|name| program::is_part(Path::new(name))) {

@@ -1,4 +1,4 @@
-//! `plcfmu check`: reports problems of FMUs, and of programs in SCL, in one sentence each.
+//! `plcfmu check`: reports the problems of FMUs and of SCL programs, one sentence for each.
 
 use super::{LONGEST_NAME, functions, print, refuse_folders, shown, time_limit};
 use crate::exit::Unreadable;
@@ -32,7 +32,7 @@ use study::Interrupted;
 /// or their folder. Errors are reported with file, line and column, as is anything that the author may not expect: a
 /// temporary that is read before it is written, a REAL compared for equality, a lossy conversion.
 #[derive(clap::Args, Clone, Debug)]
-#[group(skip)] // clap names a group after the type, and that of the programs has the same name
+#[group(skip)] // clap names a group after its type, and the type of the flattened options has the same name
 pub struct Options {
     /// The FMUs, and the sources of a program
     #[arg(value_name = "FILE", required = true)]
@@ -54,7 +54,7 @@ pub struct Options {
 /// Checks FMUs and a program, and prints a description of each and its problems.
 ///
 /// # Errors
-/// FMUs or the program are faulty; the problems have been printed.
+/// An FMU or the program is faulty, or a file cannot be read; the problems have been printed.
 pub fn run(options: &Options) -> Result<()> {
     let (sources, fmus): (Vec<PathBuf>, Vec<PathBuf>) =
         options.files.iter().cloned().partition(|file| program::is_part(file));
@@ -166,7 +166,7 @@ fn findings(problems: &[Problems]) -> Vec<Value> {
 #[derive(Debug, Default, Serialize)]
 struct Verdict {
     file: String,
-    /// The FMU's kind, in one line.
+    /// A one-line summary: name, FMI version, kind, number of variables and GUID.
     what: Option<String>,
     /// Violations of the standard and obstacles to an importer.
     errors: Vec<String>,
@@ -174,11 +174,11 @@ struct Verdict {
     departures: Vec<String>,
     /// Features that are allowed but may surprise.
     remarks: Vec<String>,
-    /// Its libraries, one per line.
+    /// The FMU's libraries, one string each.
     libraries: Vec<String>,
     /// The result of its run, or why it was not run.
     run: Option<String>,
-    /// Why this machine could not run it.
+    /// Why the FMU could not be tried: a fault of this machine.
     untried: Option<String>,
 }
 
@@ -202,7 +202,7 @@ impl Verdict {
     }
 }
 
-/// Examines an FMU; its code runs if there is a starter.
+/// Examines an FMU. With a starter, its code is also run, in a separate process.
 fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     let mut verdict = Verdict { file: file.display().to_string(), ..Verdict::default() };
     let mut package = match Package::open(file) {
@@ -220,7 +220,8 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
         let glibc = binary.glibc.as_ref().map_or(String::new(), needs);
         verdict.libraries.push(format!("{}: {}{glibc}", file.path, functions(binary, &package.description)));
     }
-    // The code of a faulty FMU is not run. An FMU that this machine or host cannot run may still be correct.
+    // The code of a faulty FMU is not run. An FMU that cannot be run here, such as one without a library for this
+    // platform, may still be correct.
     match (starter.filter(|_| verdict.errors.is_empty()), host::fmu::library(&package)) {
         (None, _) => {}
         (Some(_), Err(why)) => verdict.run = Some(format!("not run: {why:#}")),

@@ -18,7 +18,7 @@ pub struct Options {
     folder: PathBuf,
 }
 
-/// Carries out the requests on standard input until it ends.
+/// Carries out the requests read from standard input until it ends.
 ///
 /// # Errors
 /// The role does not exist, or the other side has closed the connection.

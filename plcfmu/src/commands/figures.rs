@@ -31,7 +31,7 @@ struct Recorded {
     travel_unit: Option<String>,
 }
 
-/// One figure in the answer, a list of figures.
+/// A figure. The command prints a list of them.
 #[derive(Serialize)]
 struct Told {
     key: &'static str,

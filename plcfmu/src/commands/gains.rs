@@ -110,7 +110,7 @@ fn forms() -> impl TypedValueParser<Value = Form> {
     PossibleValuesParser::new(Form::ALL.iter().map(value)).map(form)
 }
 
-/// Converts and prints.
+/// Converts the gains given on the command line, and prints the result and remarks on it.
 ///
 /// # Errors
 /// Numbers are missing or invalid, or the form cannot express the controller.

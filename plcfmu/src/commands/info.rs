@@ -66,7 +66,7 @@ pub fn run(options: &Options) -> Result<()> {
 #[derive(Debug)]
 struct Fmu {
     description: Description,
-    /// For a preset: its origin, or the problem with its start values.
+    /// For a preset: its block and the GUID of the original FMU, or why its start values cannot be read.
     preset: Option<Result<Start>>,
     libraries: Vec<Library>,
 }
@@ -85,7 +85,7 @@ struct Library {
 fn read(file: &Path) -> Result<Fmu> {
     let mut package = Package::open(file)?;
     let libraries = libraries(&mut package)?;
-    // FMUs of other tools may contain a file with this name.
+    // FMUs from other tools may contain a file with the same name as a preset's start values.
     let is_ours = libraries.iter().any(|library| library.binary.as_ref().is_ok_and(|binary| binary.has_table));
     let preset = if is_ours { preset::start(&mut package).transpose() } else { None };
     Ok(Fmu { description: package.xml.description(), preset, libraries })
@@ -122,7 +122,7 @@ type Capability = (&'static str, bool, &'static str);
 /// The only capability that is a number.
 const OUTPUT_DERIVATIVES: &str = "maxOutputDerivativeOrder";
 
-/// The meaning of the flags of both kinds of FMU.
+/// The meanings of the flags, for co-simulation and model exchange.
 const MEANINGS: [(&str, &str); 20] = [
     ("needsExecutionTool", "needs its tool installed to run"),
     ("canHandleVariableCommunicationStepSize", "steps may differ in size"),
@@ -156,7 +156,7 @@ fn flags(support: &Support) -> Vec<Capability> {
     support.capabilities.iter().filter_map(flag).collect()
 }
 
-/// The highest order of the output derivatives.
+/// The highest order of the output derivatives that the FMU provides, 0 if none.
 fn output_derivatives(support: &Support) -> u32 {
     let mut capabilities = support.capabilities.iter();
     let order = capabilities.find(|(name, _)| *name == OUTPUT_DERIVATIVES);
@@ -190,7 +190,7 @@ fn whole_json(whole: i128) -> Value {
 }
 
 impl Fmu {
-    /// The JSON output: everything, under FMI's names.
+    /// The JSON output: all information, with FMI's names as keys.
     fn json(&self, file: &Path) -> Value {
         let description = &self.description;
         let mut capabilities = Map::new();

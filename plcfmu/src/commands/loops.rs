@@ -56,7 +56,7 @@ fn format(extension: &str) -> Result<Format, String> {
 pub struct Found {
     /// The valid loops.
     pub loops: Vec<Loop>,
-    /// The problems of other loops.
+    /// Why other loops, or whole files, could not be read.
     pub errors: Vec<Error>,
 }
 
@@ -98,7 +98,7 @@ impl Arguments {
     /// files.
     ///
     /// # Errors
-    /// No such loop, or an option that does not suit the files.
+    /// No loop has one of the given names, or an option does not suit the files.
     pub fn read(&self, blocks: &[Arc<BlockType>]) -> Result<Found> {
         let mut found = Found::default();
         for file in &self.files {
@@ -194,7 +194,7 @@ pub fn fmus(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(fmus)
 }
 
-/// The entries of a folder, by name.
+/// The paths of a folder's entries, sorted by name.
 fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>);
     let mut paths: Vec<PathBuf> =

@@ -32,12 +32,12 @@ use tokio::sync::Mutex;
 use tokio::time::{sleep, timeout};
 use tokio::{select, try_join};
 
-/// The instructions that a client receives first.
+/// The instructions for the agent, which a client receives when it connects.
 const INSTRUCTIONS: &str = "PLC programs (SCL, LAD, FBD, data blocks and tag tables, as TIA Portal exports them) and FMUs: check them, \
     print a program as SCL, build an FMU from it, test its logic, run it with signals over time. Paths are relative to the folder in which \
     plcfmu was started and must not leave it. To specify a program, name all its files together, or their folder.";
 
-/// The maximum output of a command, in bytes.
+/// The maximum length of each output of a command, standard output and standard error, in bytes.
 const LONGEST: u64 = 16 << 20;
 
 /// Serve agents and editors with check, show, build, test and run (Model Context Protocol)
@@ -89,7 +89,8 @@ struct Server {
     program: PathBuf,
     folder: Folder,
     limit: Duration,
-    /// Runs one command at a time: a thousand requests must not start a thousand processes.
+    /// Held while a command runs, so that only one runs at a time: a thousand requests must not start a thousand
+    /// processes.
     turn: Mutex<()>,
 }
 
@@ -150,7 +151,7 @@ impl Server {
             format!("{} was stopped after {seconds} s; 'plcfmu mcp --time-limit SECONDS' allows more", offer.name)
         };
         let (printed, told, status) = ended.await.ok().with_context(slow)??;
-        // Findings in JSON are an answer even if the command fails.
+        // A command that prints its findings as JSON has answered, even if its exit code reports a failure.
         let is_answer = status.success() || offer.is_json && !printed.is_empty();
         let texts = [printed, told].into_iter().filter(|text| !text.is_empty()).map(ContentBlock::text).collect();
         Ok(if is_answer { CallToolResult::success(texts) } else { CallToolResult::error(texts) })

@@ -80,7 +80,7 @@ fn ensure_study(file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Rows of cells in columns as wide as their widest cell.
+/// Prints rows as lines, each column as wide as its widest cell.
 fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
     // A name may contain characters that a terminal interprets as commands.
     let rows: Vec<[String; N]> = rows.iter().map(|row| row.each_ref().map(|cell| plain(cell))).collect();
@@ -95,8 +95,8 @@ fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
     text
 }
 
-/// Combines sentences that apply to several names: `TIC1, TIC2, TIC3 and 37 more: ...`. Keeps the order of names and
-/// sentences.
+/// Combines equal sentences about different names into one line: `TIC1, TIC2, TIC3 and 37 more: ...`. Keeps the order
+/// of names and sentences.
 fn told_once(told: impl IntoIterator<Item = (String, String)>) -> Vec<String> {
     const MOST: usize = 3;
     let mut sentences: Vec<(String, Vec<String>)> = Vec::new();

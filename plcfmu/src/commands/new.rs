@@ -22,7 +22,7 @@ pub struct Options {
     out: Option<PathBuf>,
 }
 
-/// Creates the crate and prints the next steps.
+/// Creates the crate or program and prints the next steps.
 pub fn run(options: &Options) -> Result<()> {
     let names = Names::new(&options.name)?;
     if options.scl {
@@ -83,7 +83,7 @@ fn a_path_with_a_blank_is_one_word_for_a_shell() {
     assert_eq!(["sub dir/b2", "sub/b2", r"C:\b2"].map(quoted), ["\"sub dir/b2\"", "sub/b2", r"C:\b2"]);
 }
 
-/// Asks for the licence.
+/// Asks the user for the licence; `None` leaves it open.
 fn ask() -> Result<Option<String>> {
     eprint!("Licence of the block, such as MIT (Enter leaves it open): ");
     let mut answer = String::new();

@@ -39,7 +39,7 @@ pub struct Options {
     pub json: bool,
 }
 
-/// Shows, converts or compares.
+/// Shows, converts or compares the loops, depending on the options.
 ///
 /// # Errors
 /// A file or a loop cannot be read; the requested output cannot be written; [`Differs`].
@@ -183,7 +183,7 @@ fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<Differ
     let mut all = Differences::default();
     let mut pairs = Vec::new();
     if let ([one], [other]) = (before.1, after.1) {
-        // A file with a single loop may leave it unnamed.
+        // Single loops are compared regardless of their names: a file with one loop may leave it unnamed.
         pairs.push((one, other));
     } else {
         let find = |loops: &'_ [Loop], name: &str| loops.iter().position(|one| one.name.eq_ignore_ascii_case(name));

@@ -90,7 +90,7 @@ struct Told<'a> {
 /// read, the presets of the others are written.
 pub fn run(options: &Options) -> Result<()> {
     let mut arguments = options.loops.clone();
-    // Presets are made from the named FMUs, or from those whose start values are read.
+    // The FMUs given with --fmus or, without this option, those among the parameter files.
     let is_fmu = |file: &&String| file.to_lowercase().ends_with(".fmu");
     let sources: Vec<PathBuf> = if arguments.fmus.is_empty() {
         arguments.files.iter().filter(is_fmu).map(PathBuf::from).collect()
@@ -211,7 +211,7 @@ fn set(values: &mut Loop, settings: &[(String, f64)]) -> Result<()> {
     Ok(())
 }
 
-/// Opens the FMUs, skipping presets that are not named.
+/// Opens the FMUs, skipping presets that were found in a named folder.
 fn open(files: &[PathBuf], named: &[PathBuf]) -> Result<Vec<Fmu>> {
     let mut fmus = Vec::new();
     for path in files {
@@ -223,7 +223,7 @@ fn open(files: &[PathBuf], named: &[PathBuf]) -> Result<Vec<Fmu>> {
     Ok(fmus)
 }
 
-/// Makes all presets before any is written.
+/// Makes the presets of all loops in memory; none is written yet.
 fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>> {
     check_blocks(fmus, loops)?;
     let (file, folder) = match options.out.clone() {

@@ -1,4 +1,4 @@
-//! `plcfmu prove`: writes a source that compares a PLC's own block with our law, and reads its result.
+//! `plcfmu prove`: writes a source that compares a PLC's own block with plcfmu's, and reports the result.
 
 use super::{print, replacing};
 use crate::exit::{Differs, Unreadable};
@@ -127,7 +127,7 @@ fn read(from: &str) -> Result<()> {
     }
 }
 
-/// The bytes of the result.
+/// The content of the result's data block, from a file or a PLC.
 fn result(from: &str) -> Result<Vec<u8>> {
     if is_plc(from) {
         return of_plc(from);

@@ -110,7 +110,8 @@ FMUs are foreign code: they run in a separate process. An FMU that crashes or do
 /// Runs FMUs.
 ///
 /// # Errors
-/// An error with its remedy; if an FMU fails, the call, the time and its messages. No file is written.
+/// An argument or an FMU is unsuitable, or an FMU fails: the error then states the call, the time and the FMU's
+/// messages, and no file is written.
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
@@ -213,7 +214,7 @@ struct Simulated<'a> {
     steps: usize,
     /// The FMU that ended the run early, and when.
     ended: Option<String>,
-    /// In seconds.
+    /// The elapsed real time, in seconds.
     took: f64,
 }
 
@@ -249,7 +250,7 @@ fn simulate<'a>(
     Ok(Simulated { kept: recorder.finish()?, steps, ended, took })
 }
 
-/// Converts a recording interval to steps: one row in this many is recorded.
+/// Converts a recording interval in seconds to a number of steps: one row in this many is recorded.
 fn every(seconds: f64, plan: &Plan) -> Result<usize> {
     let steps = seconds / plan.step;
     ensure!(
@@ -303,7 +304,7 @@ fn print(text: &str) -> Result<()> {
     super::print(text)
 }
 
-/// Prints the messages logged by the FMUs to standard error; errors among them are already part of the error.
+/// Prints messages logged by the FMUs of a completed run to standard error, at most [`MOST_MESSAGES`] for each FMU.
 fn show_messages(plan: &Plan, messages: &[(String, String)]) {
     let mut shown = Vec::new();
     for member in &plan.members {

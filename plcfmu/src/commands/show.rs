@@ -13,7 +13,7 @@ use std::path::PathBuf;
 /// This includes blocks in LAD and FBD: the text shows what runs, with network titles and comments. The printed program
 /// yields the same results, bit for bit.
 #[derive(clap::Args, Clone, Debug)]
-#[group(skip)] // clap names a group after the type, and that of the programs has the same name
+#[group(skip)] // clap names a group after its type, and the type of the flattened options has the same name
 pub struct Options {
     /// The files of the program (.scl, .udt, .db, .s7dcl, .xml), all together
     #[arg(value_name = "FILE", required = true)]

@@ -33,7 +33,7 @@ pub struct Options {
 /// Writes the SSP file.
 ///
 /// # Errors
-/// An error with its remedy; nothing is written.
+/// An argument is invalid, or an SSP file cannot describe the system; nothing is written.
 pub fn run(options: &Options) -> Result<()> {
     let out = &options.out;
     if out.extension().is_none_or(|extension| extension != "ssp") {

@@ -97,7 +97,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 /// Runs a study.
 ///
 /// # Errors
-/// An error with its remedy; all runs fail; a run does not meet an expectation; [`Interrupted`].
+/// The study is invalid; all runs fail; a run does not meet an expectation; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     ensure_study(&options.study)?;
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
@@ -196,7 +196,7 @@ fn start(options: &Options, reading: &study::read::Reading) -> Result<Pool> {
     pool.map_err(|error| reading.located(error, &options.study))
 }
 
-/// Prints remarks for the user before the runs start.
+/// Prints remarks and the study's warnings before the runs start.
 fn warn(pool: &Pool, remarks: &[String]) {
     for remark in remarks {
         tell::remark(remark);
@@ -262,7 +262,7 @@ impl pool::Sink for Kept<'_> {
     }
 }
 
-/// The missing runs, in order.
+/// The runs that are not in any part, in ascending order.
 struct Missing {
     /// The ranges, each with the number of runs in earlier ranges.
     ranges: Vec<(u64, Range<u64>)>,
@@ -322,7 +322,7 @@ fn finished(
     Ok(Some(results))
 }
 
-/// All rows with their points, which are stored in `out` if there are many.
+/// The results of all runs, read from the parts. If there are many, they are stored in `out` instead of in memory.
 fn results(pool: &Pool, parts: &Parts, out: &Path) -> Result<Results> {
     let experiment = pool.experiment();
     let mut results = experiment.results().kept_in(out);
@@ -330,8 +330,8 @@ fn results(pool: &Pool, parts: &Parts, out: &Path) -> Result<Results> {
     Ok(results)
 }
 
-/// The curves for the report, and those that the user wants as files: these runs are repeated with full recording. If
-/// the curves of one run cannot be obtained, the others are unaffected.
+/// Repeats runs to record their curves: those `wanted` for the report, and those `named` by the user, whose curves are
+/// also written to files. A run without curves causes a warning and does not affect the others.
 fn curves(
     pool: &mut Pool,
     again: &mut Again,
@@ -373,7 +373,7 @@ fn curve_file(out: &Path, run: u64) -> PathBuf {
     out.join("curves").join(format!("run_{run}.csv"))
 }
 
-/// Returns an error if the user interrupts the study after all runs: `--resume` then writes the results.
+/// Fails if the user has interrupted the study after all runs were completed: `--resume` then writes the results.
 fn ensure_going(pool: &Pool) -> Result<()> {
     if pool.is_interrupted() {
         bail!(Interrupted("all runs are kept; the same command with --resume writes the results".into()));
@@ -381,7 +381,7 @@ fn ensure_going(pool: &Pool) -> Result<()> {
     Ok(())
 }
 
-/// Thins out a full recording for a picture, as if only the picture were needed.
+/// Thins out a full recording to what would have been recorded for a picture alone.
 fn drawn(recording: Recording) -> Recording {
     let mut thinned = Detail::Drawn.thinned(recording.columns.clone(), recording.times.len());
     recording.rows().for_each(|(time, row)| thinned.push(time, row));
@@ -447,7 +447,8 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     Ok(())
 }
 
-/// Reports failed runs; the report contains the details.
+/// Fails if all runs failed or an expectation is not met, and warns if some runs failed. The report contains the
+/// details.
 fn judge(results: &Results, verdicts: &[(Expectation, Verdict)]) -> Result<()> {
     let (count, failed) = (results.count(), results.errors.len() as u64);
     if let Some((run, error)) = results.errors.first_key_value() {

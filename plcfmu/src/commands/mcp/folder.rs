@@ -1,5 +1,5 @@
-//! The folder of a client. No path may lead out of it, whether absolute, through `..` or a link, or named in a
-//! description.
+//! The folder to which a client is confined. No path may lead out of it, whether it is absolute, contains `..`, follows
+//! a link, or is named in a description of a loop or of tests.
 
 use crate::{parameter_file, program};
 use anyhow::{Context, Result, ensure};
@@ -22,7 +22,7 @@ impl Folder {
         folder.map(Folder).context("the current folder cannot be read")
     }
 
-    /// Rejects a string in a request that, read as a path, leads out of the folder. Any string may be a path.
+    /// Rejects a string in a request that, read as a path, leads out of the folder. Any string is assumed to be a path.
     pub(super) fn ensure_inside(&self, text: &str) -> Result<()> {
         self.ensure_within(Path::new(""), text)
     }

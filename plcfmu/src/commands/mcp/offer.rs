@@ -13,7 +13,7 @@ pub(super) struct Offer {
     pub name: &'static str,
     /// The description by which an agent chooses it.
     pub about: &'static str,
-    /// Adds its options.
+    /// Adds the command's options to a clap command.
     options: fn(Command) -> Command,
     /// The required arguments of a request.
     needed: &'static [&'static str],
@@ -62,13 +62,13 @@ pub(super) const OFFERS: [Offer; 5] = [
     },
 ];
 
-/// The options that a client may set for the commands that have them. They exclude options that compile, load libraries
-/// or search for files elsewhere.
+/// The options that a client may set, for each command that has them. Options that compile, load libraries or search
+/// for files elsewhere are excluded.
 const OFFERED: &str = "assume budget call connect constant coverage cpu cycle every fb fmi input instance junit no-events out output \
                        parallel parameter plot record save set signals start step stop stub tag";
 
 impl Offer {
-    /// Its arguments: the name for a client, and the argument of the command.
+    /// The tool's arguments: the name used by a client, and the command's clap argument.
     fn takes(&self) -> Vec<(String, Arg)> {
         let name = |arg: &Arg| match arg.get_long() {
             Some(long) => OFFERED.split(' ').any(|of| of == long).then(|| long.to_string()),

@@ -9,7 +9,7 @@ use draw::response::Colors;
 use host::instance::Type;
 use run::plan::{Column, Plan};
 
-/// How many panels, curves per panel and lanes fit on a page.
+/// The maximum number of panels, of curves per panel and of lanes, unless the user chose the variables.
 const MOST_PANELS: usize = 5;
 const MOST_CURVES: usize = 6;
 const MOST_LANES: usize = 10;
@@ -63,7 +63,7 @@ pub(super) fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_
         };
         of.iter().zip(colors).map(curve).collect()
     };
-    // A controller works in any unit: its signals use the plant's units.
+    // A controller's signals often have no unit: they are then labelled with the plant's.
     let label = |of: &[usize]| {
         let has = |column: Option<usize>| column.is_some_and(|at| of.contains(&at));
         let of_plant = if has(kept.process_value()) {
@@ -76,7 +76,7 @@ pub(super) fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_
         let names: Vec<_> = of.iter().filter_map(|at| plan.columns[*at].name.rsplit('.').next()).collect();
         axis_label(&names, of.iter().find_map(|at| plan.columns[*at].unit.as_deref()).or(of_plant))
     };
-    // A plant has no setpoint: its roles are not those of a loop.
+    // Without a setpoint, the first FMU is not a controller, and its variables have no roles in a loop.
     let first: Vec<usize> = setpoint.into_iter().chain(kept.process_value().filter(|_| setpoint.is_some())).collect();
     let second: Vec<usize> = output.filter(|_| setpoint.is_some()).into_iter().collect();
     let mut panels: Vec<(Vec<usize>, bool)> =

@@ -15,7 +15,7 @@ use run::trace::Trace;
 use serde::Serialize;
 use std::io::{ErrorKind, Write};
 
-/// Figures of longer runs require a study: here, they would exhaust memory.
+/// The maximum number of steps for which figures are computed: the signals of longer runs would exhaust memory.
 const MOST_CALLS: usize = 2_000_000;
 
 /// The maximum number of points in a drawing: each pair of points holds the extremes of a part of the run.
@@ -53,17 +53,17 @@ pub(super) struct Kept<'a> {
     times: Vec<f64>,
     values: [Vec<f64>; 3],
     pulses: Vec<(usize, Vec<bool>)>,
-    /// The switch to manual mode, if it is recorded.
+    /// The switch to manual mode, if it is recorded: its column, and its value in each row.
     manual: Option<(usize, Vec<bool>)>,
-    /// The times and values set on the switch, if it is neither recorded nor connected.
+    /// The switch's start value and settings with their times, used if it is not recorded; empty if it is connected.
     switched: Vec<(f64, bool)>,
     /// The number of rows.
     pub rows: usize,
     /// The number of recorded rows.
     pub recorded: usize,
-    /// The last row, as returned by the FMUs.
+    /// The last row, as returned by the FMUs and written to the CSV.
     cells: Vec<f64>,
-    /// The last row.
+    /// The last row, converted to numbers.
     pub last: Vec<f64>,
 }
 
@@ -170,7 +170,7 @@ impl Kept<'_> {
         self.plan.columns.iter().position(|column| column.name == name)
     }
 
-    /// The column of the process value compared with the setpoint. An analog word is not comparable.
+    /// The column of the process value that is compared with the setpoint. An analog word, an integer, cannot be.
     pub(super) fn process_value(&self) -> Option<usize> {
         let input = || self.column(self.roles.process_value.as_ref());
         let is_word = |at: &usize| !self.plan.columns[*at].kind.is_floating();
@@ -221,7 +221,7 @@ impl Kept<'_> {
         if let Some((_, values)) = &self.manual {
             return values[..calls].to_vec();
         }
-        // Call times are rounded.
+        // Call times have rounding errors.
         let slack = self.times.windows(2).next().map_or(0.0, |pair| 1e-6 * (pair[1] - pair[0]));
         let at = |time: &f64| self.switched.iter().rev().find(|(since, _)| *since <= time + slack);
         self.times[..calls].iter().map(|time| at(time).is_some_and(|(_, is_manual)| *is_manual)).collect()
