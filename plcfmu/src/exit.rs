@@ -8,7 +8,7 @@ use std::fmt;
 use std::process::ExitCode;
 use study::Interrupted;
 
-/// The problems of a file, for a terminal: each with its line in the file.
+/// The problems of a file, each shown with its line in the file. The exit code is 3.
 #[derive(Debug)]
 pub struct Wrong(pub Problems);
 
@@ -21,7 +21,7 @@ impl fmt::Display for Wrong {
 
 impl std::error::Error for Wrong {}
 
-/// A file cannot be read: an error with its own exit code.
+/// A file cannot be read. The exit code is 3.
 #[derive(Debug)]
 pub struct Unreadable(pub Error);
 
@@ -33,7 +33,7 @@ impl fmt::Display for Unreadable {
 
 impl std::error::Error for Unreadable {}
 
-/// The printed differences: an error with its own exit code.
+/// Differences were found and have been printed. The exit code is 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Differs;
 
@@ -45,8 +45,8 @@ impl fmt::Display for Differs {
 
 impl std::error::Error for Differs {}
 
-/// The exit code of an error: 1 for a finding, 2 for wrong arguments, 3 for a file that cannot be read or a fault of
-/// the machine, and 130 (128 plus the signal number) for Ctrl-C.
+/// The exit code of an error: 3 for a file that cannot be read or a fault of the machine, 130 (128 plus the signal
+/// number) for Ctrl-C, and otherwise 1. For invalid options, clap has already exited with 2.
 pub fn code(error: &Error) -> ExitCode {
     match () {
         () if error.is::<Interrupted>() => ExitCode::from(130),

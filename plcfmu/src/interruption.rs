@@ -23,8 +23,8 @@ pub fn guard() -> Result<(), ctrlc::Error> {
     })
 }
 
-/// Becomes true at the first signal. Its holder polls it and ends the command gracefully; a second signal ends the
-/// command immediately.
+/// Creates the flag that becomes true at the first signal. Its holder polls it and ends the command gracefully; a
+/// second signal, or any signal after the flag was dropped, ends the command immediately.
 pub fn flag() -> Arc<AtomicBool> {
     let flag = Arc::default();
     *FLAG.lock().unwrap_or_else(PoisonError::into_inner) = Arc::downgrade(&flag);

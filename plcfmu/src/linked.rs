@@ -38,7 +38,7 @@ impl EachInLanes for Search<'_> {
 }
 
 impl Search<'_> {
-    /// Parallel runs store the block as a `G`.
+    /// Stores `B` as the result if it has the GUID. Runs in parallel store the states of this block in a `G`.
     fn look_at<B: Block, G: Abreast<B>>(&mut self) {
         if Guid::<B>::TEXT == self.guid {
             let instantiate = |name: &str| Ok(Box::new(Instance::<B>::abreast::<G>(name)?) as Box<dyn Reset>);

@@ -95,7 +95,7 @@ impl Arguments {
     pub fn system(&self) -> Result<System> {
         let mut system = System::default();
         let mut has_description = false;
-        // With a folder of FMUs and no cycle, sources are parameter files, which may also contain the loops' blocks.
+        // With --fmus and without --cycle, source files are parameter files, even if they also contain code of blocks.
         let are_parameters = self.fmus.is_some() && self.program.cycles.is_empty();
         let is_program = !are_parameters && self.files.iter().any(|file| has_code(path_of(file)));
         let mut own: Option<String> = None;
@@ -161,7 +161,7 @@ impl Arguments {
         Ok(system)
     }
 
-    /// Applies the program options to programs that have none in the description.
+    /// Applies the program options to the programs for which the description specifies no options.
     fn add_options(&self, system: &mut System) -> Result<()> {
         for member in system.members.iter().filter(|member| is_source(&member.path) || member.path.is_dir()) {
             let program = system.programs.entry(member.name.clone()).or_default();
@@ -233,7 +233,7 @@ fn path_of(argument: &str) -> &Path {
     }
 }
 
-/// The settings from signals over time; each change is an event.
+/// The settings from the text of a CSV file of signals: one for each value that differs from the row before.
 fn signals(file: &str, text: &str) -> Result<Vec<Setting>> {
     let at = |line: usize| FilePosition { file: file.into(), line, column: 1 };
     let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
@@ -269,7 +269,7 @@ fn signals(file: &str, text: &str) -> Result<Vec<Setting>> {
     Ok(settings)
 }
 
-/// Parses an argument with its own syntax.
+/// Parses an argument for clap, with all causes of an error in its message.
 fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error| format!("{error:#}"))
 }

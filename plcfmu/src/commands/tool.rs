@@ -23,7 +23,7 @@ use std::time::Duration;
 /// The maximum size of a parameter file, in bytes; its Base64 encoding must fit into a request.
 const LARGEST_FILE: u64 = 40 << 20;
 
-/// The environment variable with the folder of the FMUs; the Python package also uses it.
+/// The environment variable that names the folder of the FMUs; the Python package also uses it.
 const FMUS: &str = "PLCFMU_FMUS";
 
 /// Set up, run and tune control loops on a browser page
@@ -65,7 +65,7 @@ Examples:
 /// Serves the tool until it is interrupted.
 ///
 /// # Errors
-/// No FMUs, a file cannot be opened, or the port is taken.
+/// No block's FMU is found, a file cannot be opened, or the port is taken.
 pub fn run(options: &Options) -> Result<()> {
     let limit = Duration::from_secs_f64(options.time_limit);
     // Held until the end: otherwise, the first signal would end the process immediately.
@@ -93,7 +93,8 @@ pub fn run(options: &Options) -> Result<()> {
     })
 }
 
-/// A file that redirects to an address. Other users may see its name in the browser's command line, but cannot read it.
+/// A file that redirects the browser to an address. Other users of this machine may see the file's name in the
+/// browser's command line, but cannot read the file.
 fn door(address: &str) -> Result<temporary::Document> {
     temporary::Document::new(Some(".html"), server::leading_to(address).as_bytes())
 }
@@ -173,7 +174,7 @@ fn add(fmus: &mut Vec<Known>, known: Known) -> Result<()> {
     Ok(())
 }
 
-/// Adds our own FMUs from a folder. FMUs named earlier take precedence; presets are skipped.
+/// Adds the FMUs in a folder, except presets and foreign FMUs. FMUs of the same name that were added earlier are kept.
 fn add_folder(fmus: &mut Vec<Known>, folder: &Path, starter: Option<&Starter>) -> Result<()> {
     for path in paths(folder).with_context(|| folder.display().to_string())? {
         let is_named = |known: &Known| path.file_stem().is_some_and(|stem| stem.to_string_lossy() == *known.name);

@@ -59,7 +59,7 @@ The plcfmu README describes the contents of a study and its table [tune].";
 /// Searches for the settings, and writes them.
 ///
 /// # Errors
-/// An error with its remedy; no candidate meets the constraints; [`Interrupted`].
+/// The study is invalid; no candidate meets the constraints; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     ensure_study(&options.study)?;
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
@@ -108,8 +108,8 @@ pub fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Tunes each loop of a table separately, and writes the settings to a copy of their parameter file. A loop that cannot
-/// be tuned does not affect the others.
+/// Tunes each loop of the study's table separately, and writes the settings found to a copy of the loops' parameter
+/// file. A loop that cannot be tuned does not affect the others.
 fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Result<()> {
     let pool_options = options.workers.pool()?;
     let names = reading.loops().map_err(|error| reading.located(error, &options.study))?;

@@ -10,27 +10,28 @@ use modeldescription::Interface;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// The role of the process.
+/// The role of the child process, a command-line argument.
 pub const ROLE: &str = "apart";
 
-/// The task of the process.
+/// A request to the child process.
 #[derive(Deserialize, Serialize)]
 enum Request {
-    /// [`check::run()`]
+    /// Run the FMU, see [`check::run()`].
     Run(PathBuf),
     /// Return the library's description of its block, as JSON.
     Interface(PathBuf),
 }
 
-/// [`check::run()`] in a separate process.
+/// Calls [`check::run()`] in a separate process.
 ///
 /// # Errors
-/// As for [`check::run()`]; if the FMU ended the process, how, with its messages and output.
+/// As for [`check::run()`]; if the FMU ended the process, the error states how, with the FMU's messages and output.
 pub fn run(starter: &Starter, path: &Path) -> Result<()> {
     ask(starter, &Request::Run(path.into())).map(drop)
 }
 
-/// The block's description in the library of the FMU at `path`. A library without a table is not loaded.
+/// The description of the block that the library of the FMU at `path` contains. A library without a table is not
+/// loaded.
 ///
 /// # Errors
 /// It has no table, cannot be loaded here, or ends its process.

@@ -26,7 +26,8 @@ pub const STEPS: u32 = 10;
 /// A GUID that no FMU has.
 const NO_GUID: &str = "{00000000-0000-0000-0000-000000000000}";
 
-/// The maximum relative difference of start values: as text, they may have fewer digits than in the code.
+/// The maximum relative difference between the start value in the model description and the library's: the text may
+/// have fewer digits.
 const ROUNDED: f64 = 1e-6;
 
 /// The maximum size of a build description, in bytes.
@@ -37,7 +38,7 @@ const LARGEST_BUILD_DESCRIPTION: u64 = 1 << 20;
 pub struct Report {
     /// The readable libraries, with their exports and requirements.
     pub libraries: Vec<(LibraryFile, Binary)>,
-    /// Problems that keep a host from using the FMU, one sentence each. An FMU without any is correct.
+    /// Problems that keep a host from using the FMU, one sentence each. A correct FMU has none.
     pub errors: Vec<String>,
     /// Deviations from the standard that hosts tolerate, one sentence each.
     pub departures: Vec<String>,
@@ -53,7 +54,7 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
         |findings: Vec<String>| findings.into_iter().map(|finding| format!("{DESCRIPTION}: {finding}")).collect();
     let (errors, departures) = (named(found.forbidden), named(found.departures));
     let mut report = Report { errors, departures, remarks: found.odd, ..Report::default() };
-    // Running an FMU requires unpacking all of it.
+    // Every file must be intact, because a host unpacks all of them.
     report.errors.extend(package.archive.verify().err().map(|error| format!("{error:#}")));
     for name in package.xml.sources() {
         let path = format!("sources/{name}");
@@ -120,12 +121,12 @@ fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
     }
 }
 
-/// The functions that a library must export.
+/// The functions that a library must export for co-simulation in the FMU's FMI version.
 fn functions(description: &Description) -> &'static [&'static str] {
     if description.is_fmi_3() { library::v3::FUNCTIONS } else { FUNCTIONS }
 }
 
-/// If hosts find no library, reports files that look like libraries but have the wrong name.
+/// If the FMU has no library with the right name, reports files that look like libraries but have another name.
 fn misnamed<R: Read + Seek>(package: &Package<R>) -> Vec<String> {
     let Some(identifier) = package.description.model_identifier().filter(|_| package.libraries.is_empty()) else {
         return Vec::new();
@@ -148,7 +149,7 @@ fn check_library<R: Read + Seek>(
 ) -> Result<Binary> {
     let bytes = package.library(file)?;
     let binary = Binary::read(&bytes)?;
-    // FMI 2.0 defines the contents only of the folders that it names.
+    // In other folders, which FMI permits, any library may be for any system.
     if let Some((_, suffix)) = platform::system(&file.platform) {
         is_for(&binary, &file.platform)?;
         ensure!(file.path.ends_with(suffix), "hosts look there for a library whose name ends in {suffix}");
@@ -159,7 +160,7 @@ fn check_library<R: Read + Seek>(
         bail!("it does not export {missing}");
     }
     let guid = &package.description.guid;
-    // A library with a table contains its GUID as text. Others may compute theirs.
+    // A library with a table contains its GUID as text. Other libraries may compute theirs.
     if !binary.has_table {
         return Ok(binary);
     }
@@ -224,7 +225,7 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
     if !is_native {
         binary.check_portable(GLIBC)?;
     }
-    // The GUID covers everything on which a host relies, which excludes the texts.
+    // The GUID covers everything on which a host relies. Texts are not covered, so they are compared separately.
     let guid = &interface.guid;
     ensure!(contains(bytes, guid.as_bytes()), "it does not contain the GUID {guid}: it was built from other sources");
     let table = &interface.table;
@@ -306,7 +307,7 @@ fn token(description: &Description) -> &'static str {
     if description.is_fmi_3() { "instantiation token" } else { "GUID" }
 }
 
-/// Runs the FMU again in Event Mode, if it supports it: each step ends with an event.
+/// Runs the FMU again with Event Mode, if it supports it: an event is handled before each step.
 fn run_with_events(fmu: &Fmu, start: f64, step: f64) -> Result<()> {
     if !has_events(&fmu.description) {
         return Ok(());
@@ -328,8 +329,8 @@ fn run_with_events(fmu: &Fmu, start: f64, step: f64) -> Result<()> {
     instance.terminate()
 }
 
-/// Compares the start values of inputs and parameters, before any is set, with the declared values. A host may read
-/// them after initialization.
+/// Compares the start values of inputs and parameters, none of which has been set, with the declared values. To be
+/// called after initialization, when a host may read them.
 fn check_starts(description: &Description, instance: &mut Instance) -> Result<()> {
     for variable in &description.variables {
         let (Some(kind), Some(declared)) = (variable.kind, variable.start) else { continue };

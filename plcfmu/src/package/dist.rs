@@ -23,7 +23,8 @@ use std::process::Command;
 /// The platforms that are built by default.
 const PLATFORMS: [&str; 4] = ["linux64", "win64", "aarch64-linux", "darwin64"];
 
-/// FMI 2.0 has no folder for Linux on ARM: ARM-only FMUs are in a separate folder, for tools that look in `linux64`.
+/// The folder of the ARM-only FMUs. FMI 2.0 has no folder for Linux on ARM, so these FMUs also have their library in
+/// `linux64`, where some tools look.
 const ALONE: &str = "aarch64-linux";
 
 /// The folder of the FMI 3.0 FMUs, which have the same names as the FMI 2.0 ones.
@@ -74,7 +75,8 @@ pub struct Options {
     pub address: Option<String>,
 }
 
-/// Builds everything into a new folder. `python` is a Python with maturin, for the wheels and archives.
+/// Builds the distribution in a new folder, which then replaces the old one. `python` is a Python with maturin, for the
+/// wheels and archives.
 ///
 /// # Errors
 /// Something cannot be built or written; the folder is left unchanged.
@@ -186,7 +188,7 @@ fn names_in_all(folders: &[PathBuf]) -> Result<Vec<String>> {
     Ok(fmus)
 }
 
-/// The platforms of the FMUs in a folder, each of which has a program library.
+/// The platforms of the FMUs in a folder. Fails if one of them has no program library.
 fn platforms_in(folder: &Path) -> Result<BTreeSet<String>> {
     let mut all = BTreeSet::new();
     for name in names(folder, ".fmu")? {
@@ -295,7 +297,7 @@ fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
         let (platforms, what) = match ADDED.iter().find_map(|(end, what)| Some((name.strip_suffix(end)?, what))) {
             _ if name == TWINCAT.0 => ("TwinCAT".into(), TWINCAT.2.to_string()),
             Some((_, what)) if name == make::FILE => ("any browser".into(), (*what).to_string()),
-            // The last part of the name.
+            // The platform is the last part of the name.
             Some((stem, what)) => (stem.rsplit('-').next().unwrap_or_default().to_string(), (*what).to_string()),
             None => {
                 let package = Package::read(Cursor::new(bytes)).with_context(|| name.clone())?;

@@ -14,7 +14,8 @@ pub type Files = BTreeMap<String, Vec<u8>>;
 /// The maximum size of a file in an FMU, in bytes.
 const LARGEST_FILE: u64 = 1 << 28;
 
-/// FMI 2.0 has no folder for Linux on ARM. Tools on that platform look in one of these, so an ARM-only FMU has both.
+/// FMI 2.0 has no folder for Linux on ARM. Tools on that platform look in one of these two, so an ARM-only FMU has its
+/// library in both.
 const ARM: &str = "aarch64-linux";
 const STAND_IN: &str = "linux64";
 
@@ -67,7 +68,8 @@ pub fn join(mut first: Files, mut second: Files) -> Result<Files> {
     Ok(first)
 }
 
-/// Also adds the libraries of an ARM-only Linux FMU to the folder of 64-bit Linux.
+/// Copies the libraries of an ARM-only Linux FMU to the folder of 64-bit Linux too, if its FMI version has no folder
+/// for Linux on ARM.
 pub fn add_stand_in(files: &mut Files) {
     if platforms(files) == BTreeSet::from([ARM.to_string()]) && !has_folder_for_arm(files) {
         let from = format!("binaries/{ARM}/");
@@ -100,7 +102,7 @@ pub fn remove_stand_in(files: &mut Files) {
     }
 }
 
-/// The files of an FMU with the libraries of only one platform, or `None` if it has none for it.
+/// The files of an FMU with the libraries for only one platform, or `None` if it has no library for that platform.
 pub fn only(files: &Files, platform: &str) -> Option<Files> {
     let folder = format!("binaries/{platform}/");
     let is_kept = |name: &String| !name.starts_with("binaries/") || name.starts_with(&folder);
@@ -171,7 +173,7 @@ fn line_difference(first: &[u8], second: &[u8]) -> String {
     format!("line {} is {:?} vs. {:?}", equal + 1, line(&first), line(&second))
 }
 
-/// Joins FMUs; the names are for messages.
+/// Joins FMUs. Each is given with its name, which is only used in messages.
 ///
 /// # Errors
 /// Which FMU differs from the first, and how.
