@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 
 /// The crates to pack, and how.
 #[derive(clap::Args, Clone, Debug, Default)]
-#[group(skip)] // clap names a group after the type, and others have the same name
+#[group(skip)] // clap names a group after its type, and other options have a type with the same name
 pub struct Options {
     /// Sources of a PLC program (.scl, .udt, .db, .s7dcl); or FMUs to pack, by package name, such as PUMP for pump
     /// [default: all FMUs of the workspace]
@@ -68,7 +68,7 @@ fn given_library(argument: &str) -> Result<(&'static str, PathBuf)> {
     Ok((platform::folder(platform)?, file.into()))
 }
 
-/// The licence notices of the library.
+/// The licences and notices in each FMU: file name and text.
 pub const LICENCES: [(&str, &str); 4] = [
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
@@ -87,7 +87,7 @@ struct Built {
     libraries: BTreeMap<&'static str, PathBuf>,
 }
 
-/// The sources of the libraries.
+/// Which libraries to build, and which were built elsewhere.
 #[derive(Debug)]
 struct Plan {
     host: Platform,
@@ -123,7 +123,7 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
         if built.iter().any(|(other, _)| *other == folder) {
             continue;
         }
-        // Unless requested explicitly, this machine's half of a universal file is enough.
+        // Unless this machine's platform is requested explicitly, only its own half of a universal macOS file is built.
         let is_asked = options.platforms.contains(&folder);
         let platforms = if is_asked { Platform::of_folder(folder, &host) } else { vec![host] };
         let linked = |platform: Platform| {
@@ -147,7 +147,7 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
 /// Packs FMUs.
 ///
 /// # Errors
-/// An error with its remedy. FMUs packed before the error are kept.
+/// An option is invalid, a library cannot be built, or an FMU is faulty. FMUs packed before the error are kept.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     options.version.check()?;
     let crates = select(workspace, options)?;
@@ -195,8 +195,8 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Builds everything, including the program library for each platform if requested, and checks every library, without
-/// packing anything.
+/// Builds and checks all libraries, without packing any FMU. Returns the built crates and, if `programs` is given, the
+/// program library for each platform.
 fn build(
     workspace: &Workspace,
     options: &Options,
@@ -264,7 +264,7 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 /// and `_`. The program package may be named with `-p`, but is not returned.
 ///
 /// # Errors
-/// The crate does not exist.
+/// A requested crate does not exist.
 pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
     const WHAT: &str = "an FMU package has a cdylib target and depends on fmu";
     if workspace.crates.is_empty() {
@@ -315,7 +315,8 @@ fn interface(library: &Path) -> Result<Interface> {
     Ok(Interface::parse(&json)?)
 }
 
-/// Creates the folder, waits for any other packer of this workspace, and removes the leftovers of interrupted packers.
+/// Creates the folder, waits until no other command is packing FMUs of this workspace, and removes the leftovers of
+/// interrupted commands. The returned file holds the lock.
 fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
     let own = workspace.fmus();
     let test_only = folder.join("test-only");
@@ -353,7 +354,7 @@ fn pack(workspace: &Workspace, built: &Built, plan: &Plan, version: Version, pat
     Ok(bytes.len())
 }
 
-/// The FMU as C source. If its law cannot be read, a note is printed, and the FMU contains no C.
+/// The FMU as C source. If the block's law cannot be read, a note is printed, and the FMU contains no C source.
 fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Option<String>> {
     let Built { fmu_crate, here, interface, .. } = built;
     if fmu_crate.without_sources {

@@ -1,4 +1,4 @@
-//! Presets: FMUs of the same library with their own start values.
+//! Presets: FMUs with the library of a block's FMU, but their own start values.
 //!
 //! The values are in modelDescription.xml, where hosts read them, and in `resources/start.txt`, where the library reads
 //! them. The preset's GUID is the fingerprint of that file, so that the library accepts only the declared values.
@@ -83,8 +83,8 @@ fn declared(variable: &Variable) -> String {
 }
 
 /// Whether a variable's declared start value equals a value in the file. An FMI integer may hold the bits of the PLC's
-/// integer, or a duration in milliseconds or nanoseconds; the file writes only durations, in seconds, with a decimal
-/// point.
+/// integer, or a duration in milliseconds or nanoseconds. In the file, durations are in seconds, with a decimal point,
+/// which integers do not have.
 fn is_declared(variable: &Variable, value: &str) -> bool {
     let Some(kind) = variable.kind.filter(|_| !variable.is_enumeration()) else { return false };
     let whole = declared(variable).parse::<i128>().ok().filter(|_| kind.whole().is_some());
@@ -119,7 +119,7 @@ pub struct Preset {
     pub name: String,
     /// Its GUID.
     pub guid: String,
-    /// The file.
+    /// The content of its file.
     pub bytes: Vec<u8>,
 }
 
@@ -171,7 +171,7 @@ impl<R: Read + Seek> Original<R> {
     /// Makes an FMU with the values of a loop as its start values.
     ///
     /// # Errors
-    /// It was not made by `plcfmu`, is not for the loop's block, or does not accept a value.
+    /// The original was not made by `plcfmu`, is not for the loop's block, or does not accept a value.
     pub fn preset(&mut self, values: &Loop) -> Result<Preset> {
         self.check()?;
         let page = match self.package.archive.find(PAGE) {

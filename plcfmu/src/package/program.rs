@@ -38,7 +38,7 @@ const NOTICE: (&str, &str) = ("NOTICE-PROGRAM", include_str!("../../NOTICE-PROGR
 
 /// The options for packing a program.
 #[derive(clap::Args, Clone, Debug, Default, PartialEq)]
-#[group(skip)] // clap names a group after the type, and others have the same name
+#[group(skip)] // clap names a group after its type, and other options have a type with the same name
 pub struct Options {
     /// Time between two calls of a program, such as 100ms, 0.5s or 2s: the period of the OB that calls it. With several
     /// --call, one for each, in the same order
@@ -260,7 +260,7 @@ fn interface(loaded: &Loaded) -> Result<Interface> {
     })
 }
 
-/// Whether the unit is known in FMI.
+/// Whether plcfmu can define the unit in FMI base units.
 fn is_unit(unit: &str) -> bool {
     units::definition(unit).is_some()
 }
@@ -304,8 +304,8 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     let compiled = temporary::Folder::new()?;
     let mut libraries = if native { BTreeMap::new() } else { program_library::find(compiled.path())? };
     let mut source = None;
-    // The reference results are recorded through FMI 2.0, which a library compiled from C exports
-    // exclusively or not at all.
+    // A second library for recording, if needed: the reference results are recorded through FMI 2.0, but a library
+    // compiled from C exports the functions of only one FMI version.
     let mut recorded = None;
     match loaded.sources(version.door(), laws::with_laws) {
         Ok(text) => {
@@ -402,7 +402,7 @@ struct Named {
     files: Vec<String>,
 }
 
-/// Reads the sources and the manifest, and gives the sources the names they have in the FMU.
+/// Reads the sources and the manifest, and gives the sources the names that they will have in the FMU.
 fn read(manifest: &Manifest) -> Result<Named> {
     let Parts { sources: all, manifest, .. } = crate::program::parts(manifest)?;
     let mut sources: Vec<Source> = Vec::new();

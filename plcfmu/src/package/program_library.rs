@@ -11,12 +11,12 @@ use std::env::consts::{ARCH, OS};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Embedded in this command by build.rs: the library for its own platform, if it was compiled with optimization, as by
-/// `cargo install`; otherwise, the clone from which it was compiled. Neither if the library is shipped next to the
-/// command, as in a release.
+/// Embedded in this command by build.rs: if the command was compiled with optimization, as by `cargo install`, the
+/// library for the command's platform; otherwise, the path of the clone from which the command was compiled. Neither if
+/// the libraries are shipped next to the command, as in a release.
 const OWN: (Option<&[u8]>, Option<&str>) = include!(concat!(env!("OUT_DIR"), "/program_library.rs"));
 
-/// The environment variable with a folder of FMUs and program libraries.
+/// The environment variable that names a folder of FMUs and program libraries.
 const FMUS: &str = "PLCFMU_FMUS";
 
 /// The name of the folder with the program libraries in a folder of FMUs.
@@ -34,12 +34,13 @@ pub fn all_in(folder: &Path) -> BTreeMap<&'static str, PathBuf> {
     places.filter(|(_, library)| library.is_file()).collect()
 }
 
-/// Finds the library for each platform: in the folder `programs` next to this command or, in a Python environment, in
-/// `share/plcfmu`; in the folder of packed FMUs named by the environment variable PLCFMU_FMUS; in this command, in
-/// which case it is written to `folder`; or in the clone from which this command was compiled, where it is built once.
+/// Finds the program libraries, by platform, in the first of these places: the folder `programs` next to this command
+/// or, in a Python environment, in `share/plcfmu`; the folder of packed FMUs named by the environment variable
+/// PLCFMU_FMUS; this command, whose embedded library is written to `folder`; or the clone from which this command was
+/// compiled, where the library is built once. The last two have a library for this machine only.
 ///
 /// # Errors
-/// It is missing or cannot be built, with the reason and the remedy.
+/// No library is found, or it cannot be built; the error states the remedy.
 pub fn find(folder: &Path) -> Result<BTreeMap<&'static str, PathBuf>> {
     let own = std::env::current_exe().unwrap_or_default();
     let beside = own.parent().map(Path::to_path_buf);

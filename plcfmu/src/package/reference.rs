@@ -29,7 +29,7 @@ pub fn is_file(path: &str) -> bool {
 /// `resources` is the URI of the FMU's resources, if it needs any.
 ///
 /// # Errors
-/// The library refuses a value, with its reason.
+/// The library refuses a value; the error states its reason.
 pub fn record(
     library: &Library,
     interface: &Interface,
@@ -76,7 +76,7 @@ fn set(instance: &mut Instance, table: &Table, response: &Response<String>, call
 /// Runs one of the block's characteristics with the library: a new instance for each point.
 ///
 /// # Errors
-/// The library refuses a value, with its reason.
+/// The library refuses a value; the error states its reason.
 pub fn sweep(library: &Library, interface: &Interface, characteristic: &Characteristic<String>) -> Result<Sweep> {
     let (table, (from, to)) = (&interface.table, characteristic.range);
     let last = f64::from(characteristic.points - 1);
@@ -111,7 +111,7 @@ pub struct Recordings {
 
 /// The files of the layered standard, by path in the FMU.
 ///
-/// Values have the types of `version`, and variables its names.
+/// `version` determines the types of the values and the names of the variables.
 pub fn files(table: &Table, recording: &Recording, version: Version) -> BTreeMap<String, Vec<u8>> {
     let name = &table.name;
     let mut files = BTreeMap::new();

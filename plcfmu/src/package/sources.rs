@@ -1,5 +1,6 @@
-//! The C source in a block's FMU: its law, read from the Rust source and printed, between table and door. The C
-//! code compares a hash of its calls with the hash of the same calls to the library built from that Rust source.
+//! The C source in a block's FMU: the block's table, its law, translated from the Rust source, and the FMI functions.
+//! The C code compares a hash of its results for a sequence of calls with that of the library built from the Rust
+//! source.
 
 use crate::build::workspace::{FmuCrate, Workspace};
 use anyhow::{Context, Result, anyhow, ensure};
@@ -19,7 +20,8 @@ use std::sync::Arc;
 /// The C file of a block's FMU, for an FMI version.
 ///
 /// # Errors
-/// The law uses something unknown, with file, line and column, or differs from the library's.
+/// The law uses something that cannot be translated, in which case the error states file, line and column; or its
+/// results differ from the library's.
 pub(super) fn generate(
     workspace: &Workspace,
     fmu_crate: &FmuCrate,
@@ -117,7 +119,7 @@ fn rust(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<Sources> {
     Ok(sources)
 }
 
-/// Adds the files in a folder and below, by path in the workspace.
+/// Adds the .rs and .md files in a folder and its subfolders, under their paths in the workspace.
 fn add(workspace: &Workspace, folder: &Path, sources: &mut Sources) -> Result<()> {
     let unread = || format!("{} cannot be read", folder.display());
     let mut paths =
@@ -136,7 +138,7 @@ fn add(workspace: &Workspace, folder: &Path, sources: &mut Sources) -> Result<()
     Ok(())
 }
 
-/// The library, called as by a host: one step per call.
+/// The library, called as a host would call it: one step per call.
 struct OfLibrary<'a> {
     instance: Instance,
     interface: &'a Interface,
@@ -173,7 +175,7 @@ impl Subject for OfLibrary<'_> {
     }
 }
 
-/// The law that was read.
+/// The law that was read from the Rust source, run by an interpreter.
 struct OfLaw<'a> {
     law: &'a Law,
     interface: &'a Interface,
@@ -189,7 +191,7 @@ impl OfLaw<'_> {
         Ok(of)
     }
 
-    /// Calls a function of the law, and sets the mean to the pulse of this call.
+    /// Calls a function of the law, and sets the block's mean, if it has one, to the pulse of this call in percent.
     fn run(&mut self, function: usize) -> Result<()> {
         self.machine.call(function, 0).map_err(|stop| anyhow!("{stop:?}"))?;
         if let (Some(mean), Some(pulse)) = (self.interface.table.mean, at(&self.law.program, "pulse")) {

@@ -25,7 +25,7 @@ pub const PARAMETER_SET: &str = "start";
 pub struct Options {
     /// The version of the standard stated in the file.
     pub version: Version,
-    /// Create connectors only for connected inputs: FMPy's master cannot handle others.
+    /// Omit the connectors of inputs that are not connected: FMPy's master cannot handle them.
     pub only_connected: bool,
 }
 
