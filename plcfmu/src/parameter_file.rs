@@ -1,4 +1,4 @@
-//! Parameter files of a PLC, and other sources of the values of a loop.
+//! Parameter files of a PLC, and other sources of a loop's values.
 
 use crate::exit::{Unreadable, Wrong};
 use crate::package::apart;
@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The time limit for the library of an FMU to return its block.
+/// The time limit for loading an FMU's library and reading the description of its block.
 const LOADING: Duration = Duration::from_secs(60);
 
 /// Reads the loops of a file: a parameter file, whose extension selects the format if none is given and whose encoding
@@ -22,7 +22,7 @@ const LOADING: Duration = Duration::from_secs(60);
 /// `s7://HOST/RACK/SLOT/DBn`.
 ///
 /// # Errors
-/// The file cannot be read, or has problems: all of them, with file, line and column.
+/// The file cannot be read, or has problems; the error states all of them, with file, line and column.
 pub fn read(
     name: &str,
     format: Option<Format>,
@@ -113,7 +113,7 @@ fn read_fmu(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<
     Ok(Reading { loops: vec![one], wrong: remarks.clone(), remarks })
 }
 
-/// Whether an FMU's name is that of this block.
+/// Whether an FMU has the name of this block.
 pub(crate) fn is_of(description: &Description, block: &BlockType) -> bool {
     description.model_identifier() == Some(&block.name)
 }
@@ -130,7 +130,7 @@ pub(crate) fn start_values(description: &Description, block: &Arc<BlockType>, na
     Ok(one)
 }
 
-/// An FMU's start values of the settings of a block.
+/// The start values that an FMU declares for a block's inputs and parameters, by index of the block's member.
 fn values(description: &Description, block: &BlockType) -> Result<Vec<(usize, Value)>> {
     let mut values = Vec::new();
     let places = description.places(block.members.iter().map(|of| (of.name.as_str(), (of.kind, of.role))));
@@ -147,7 +147,7 @@ fn values(description: &Description, block: &BlockType) -> Result<Vec<(usize, Va
 }
 
 /// The block of an FMU made with `fmu::export!`, from the table in its library for this machine, which is loaded in a
-/// separate process. The block of a program is read from its sources.
+/// separate process. For the FMU of a program, the block is derived from the sources in the FMU instead.
 ///
 /// # Errors
 /// The FMU cannot be loaded here, ends its process, or was not made with `fmu::export!`.

@@ -15,7 +15,7 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// How long to wait for a connection, and for the answers.
+/// How long to wait for a connection, and then for all answers together.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The port of S7 communication.
@@ -94,7 +94,7 @@ impl fmt::Display for Address {
 /// are 0.
 ///
 /// # Errors
-/// The PLC cannot be reached or refuses; in this case, the error states why and which setting to change.
+/// The PLC cannot be reached, or refuses the request; the error states why and, for a refusal, which setting to change.
 pub fn fetch(address: &Address, block: &BlockType, offset: usize) -> Result<Vec<u8>> {
     let (_, length) = layout::addresses(block);
     let mut bytes = vec![0; offset];
@@ -102,7 +102,7 @@ pub fn fetch(address: &Address, block: &BlockType, offset: usize) -> Result<Vec<
     Ok(bytes)
 }
 
-/// Reads the first bytes of the data block. Every PLC can send 222.
+/// Reads the first `length` bytes of the data block. Every PLC can send at least 222 bytes.
 ///
 /// # Errors
 /// As for [`fetch`].
@@ -166,7 +166,7 @@ impl Write for Patient {
     }
 }
 
-/// Connects to the CPU and reads bytes of the data block.
+/// Connects to the CPU and reads `length` bytes of the data block, from byte `start`.
 fn read(stream: &mut (impl Read + Write), address: &Address, start: usize, length: usize) -> Result<Vec<u8>> {
     let answer = exchange(stream, &connection_request(address)).context(wrong_place(address))?;
     // Connection confirm.
@@ -209,7 +209,7 @@ fn wrong_place(address: &Address) -> String {
     )
 }
 
-/// Why the item was refused, by the PLC's code; `end` is the first byte after the requested ones.
+/// Why the PLC refused to read the bytes, according to its return code; `end` is the offset after the last of them.
 fn refusal(code: u8, number: u16, end: usize) -> String {
     match code {
         0x03 => format!(
@@ -253,16 +253,16 @@ fn connection_request(address: &Address) -> Vec<u8> {
 const SETUP_FUNCTION: u8 = 0xF0;
 const READ_FUNCTION: u8 = 0x04;
 
-/// A data TPDU that is the last of its message.
+/// The header, without the length byte, of a data TPDU that is the last of its message.
 const DATA: [u8; 2] = [0xF0, 0x80];
 
-/// Negotiates the PDU length, with one job at a time.
+/// The request that negotiates the PDU length, with one job at a time.
 const SETUP: [u8; 20] = {
     let longest = LONGEST_PDU.to_be_bytes();
     [DATA[0], DATA[1], 0x32, 1, 0, 0, 0, 1, 0, 8, 0, 0, SETUP_FUNCTION, 0, 0, 1, 0, 1, longest[0], longest[1]]
 };
 
-/// Requests bytes of a data block: the only PLC function that is ever called.
+/// The request for bytes of a data block. No function of the PLC other than this one and the setup is ever called.
 fn read_request(number: u16, start: usize, length: usize) -> Result<Vec<u8>> {
     let bit = u32::try_from(start * 8).ok().filter(|bit| *bit < 1 << 24);
     let bit =
@@ -293,7 +293,7 @@ fn content(answer: &[u8], function: u8) -> Result<(&[u8], &[u8])> {
     Ok((parameters, data))
 }
 
-/// Sends a TPDU, without its length, and returns the answer.
+/// Sends a TPDU, given without its length byte, and returns the answer in the same form.
 fn exchange(stream: &mut (impl Read + Write), tpdu: &[u8]) -> Result<Vec<u8>> {
     // The header's length does not count itself, nor the content of a data TPDU.
     let header = if tpdu.starts_with(&DATA) { DATA.len() } else { tpdu.len() };

@@ -42,7 +42,7 @@ pub fn has_source(manifest: &Manifest, file: &Path) -> Result<bool> {
     Ok(Files::new(&manifest.sources)?.sources.iter().any(is_same))
 }
 
-/// The sources and the tag tables below a folder, as `run` reads it.
+/// The sources and the tag tables below a folder: the files from which `plcfmu run` builds its program.
 ///
 /// # Errors
 /// The folder cannot be read, or has no source.
@@ -59,7 +59,7 @@ pub fn is_part(path: &Path) -> bool {
     }
 }
 
-/// The message for a file that is not a source; `None` if its extension is unknown.
+/// The message for a path that is neither an FMU nor part of a program; `None` if its extension suggests no remedy.
 pub fn instead(file: &Path) -> Option<String> {
     let name = file.display();
     if file.is_dir() {
@@ -77,8 +77,8 @@ pub fn instead(file: &Path) -> Option<String> {
     ))
 }
 
-/// Whether a file is a source with an executable block. Otherwise it contains only types and data, like a parameter
-/// file. Blocks in .awl are STL, which is not executed.
+/// Whether a path is a source with an executable block, or a folder with sources. Any other source contains only types
+/// and data, like a parameter file. Blocks in .awl do not count: they are STL, which is not executed.
 pub fn has_code(file: &Path) -> bool {
     if file.is_dir() {
         return is_part(file);

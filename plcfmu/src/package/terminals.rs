@@ -1,4 +1,4 @@
-//! The FMI 3.0 folder `terminalsAndIcons`: the model's icon, and the variables that are wired together.
+//! The FMI 3.0 folder `terminalsAndIcons`: the model's icon, and its terminals, groups of variables wired together.
 //!
 //! A terminal has a member for each of its variables. The terminals of controllers and plants have the same names and
 //! members, by which a tool connects them: the setpoint, the process value, the manipulated value, the pulses. A
@@ -14,7 +14,6 @@ use modeldescription::{Names, Table};
 use run::dialog;
 use std::fmt::Write;
 
-/// The folder.
 const FOLDER: &str = "terminalsAndIcons";
 
 /// The icon of each terminal: an arrow.
@@ -128,8 +127,8 @@ fn xml(terminals: &[Terminal], names: Names) -> String {
     xml
 }
 
-/// The centre of a terminal. Terminals that begin with an input are on the left, the others on the right, from top to
-/// bottom.
+/// The centre of a terminal on the icon, in its coordinate units. Terminals that begin with an input are on the left,
+/// the others on the right, from top to bottom.
 fn place(terminal: &Terminal, all: &[Terminal]) -> (f64, f64) {
     let side = || all.iter().filter(|other| other.is_output == terminal.is_output);
     let number = side().position(|other| other == terminal).unwrap_or_default() as f64;

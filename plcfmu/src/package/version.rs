@@ -12,8 +12,8 @@ use modeldescription::v3::{
 };
 use modeldescription::{Interface, Names, Row, Table};
 
-/// How the single C file of an FMU is compiled. A shared library has no prefix; a host that links several FMUs omits
-/// that definition.
+/// How the single C file of an FMU is compiled. The optional definition omits the function prefix, for a shared
+/// library; a host that links several FMUs statically leaves this definition out.
 fn build_description(name: &str, file: &str) -> BuildDescription {
     let prefix = PreprocessorDefinition {
         name: "FMI3_OVERRIDE_FUNCTION_PREFIX".into(),
@@ -50,7 +50,7 @@ pub enum Fmi {
 
 /// The version of FMI, the types and the names.
 #[derive(clap::Args, Clone, Copy, Debug, Default, PartialEq)]
-#[group(skip)] // clap names a group after the type, and others have the same name
+#[group(skip)] // clap names a group after its type, and another type has the same name
 pub struct Version {
     /// FMI version: 2.0, which every tool reads, or 3.0, with PLC types, arrays and Event Mode
     #[arg(long, value_name = "VERSION", value_enum, default_value = "2", hide_possible_values = true)]
@@ -101,13 +101,13 @@ impl Version {
         Interface { version, types: self.types.unwrap_or(Types::Native), names: self.names, ..interface.clone() }
     }
 
-    /// The C door of FMUs of this version.
+    /// The FMI functions in C (the door) for FMUs of this version.
     pub fn door(self) -> &'static Door {
         let types = (self.fmi == Fmi::Three).then(|| self.types.unwrap_or(Types::Native));
         fmu::door(types)
     }
 
-    /// The files of the folder `sources`: the C source of an FMU, and the version's other files.
+    /// The files in the folder `sources`: the C source of an FMU and, for FMI 3.0, the build description.
     pub fn sources(self, name: &str, text: String) -> Files {
         let file = format!("{name}.c");
         let mut files = Files::from([(format!("sources/{file}"), text.into_bytes())]);
@@ -117,7 +117,7 @@ impl Version {
         files
     }
 
-    /// The model's picture, and additional graphics if the version supports them.
+    /// The model's picture and, for FMI 3.0, its terminals.
     ///
     /// # Errors
     /// The block's documentation is faulty.
@@ -147,7 +147,8 @@ impl Version {
         files
     }
 
-    /// A row's value, as recorded through FMI 2.0, in this version's type.
+    /// Converts a row's value, recorded through FMI 2.0, to this version's type: in native types, a TIME counts
+    /// milliseconds, an LTIME nanoseconds, and words are unsigned.
     pub fn value(self, row: &Row, value: f64) -> f64 {
         let native = self.fmi == Fmi::Three && self.types != Some(Types::Wide);
         match row.kind {

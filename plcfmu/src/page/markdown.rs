@@ -5,13 +5,13 @@ use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 use pulldown_latex::config::{DisplayMode, RenderConfig};
 use pulldown_latex::{Storage, mathml};
 
-/// The fence of a formula: LaTeX.
+/// The language of a fenced code block that contains a LaTeX formula.
 const FORMULA: &str = "math";
 
-/// The fence of a block diagram, which is drawn elsewhere on the page.
+/// The language of a fenced code block that contains a block diagram, which is drawn elsewhere on the page.
 const DIAGRAM: &str = "diagram";
 
-/// The fence of the machine-readable part of a block's dialog.
+/// The language of a fenced code block that contains the machine-readable part of a block's dialog.
 const DIALOG: &str = "dialog";
 
 /// The documentation of a block, split at its headings.
@@ -141,8 +141,8 @@ fn formula(latex: &str) -> Result<String> {
     Ok(format!("<div class=\"formula\" tabindex=\"0\" role=\"group\" aria-label=\"Formula\">{mathml}</div>\n"))
 }
 
-/// Turns variable names in a formula into identifiers: as text, they would count as space, and a minus sign next to
-/// them would be set without spacing.
+/// Turns variable names in a formula from text (`mtext`) into identifiers (`mi`): text counts as space, so a minus sign
+/// next to it is set without spacing.
 fn with_names(mathml: &str) -> String {
     let mut pieces = mathml.split("<mtext>");
     let mut named = pieces.next().unwrap_or_default().to_string();

@@ -18,12 +18,12 @@ struct Page<'a> {
     name: &'a str,
     summary: String,
     guid: &'a str,
-    /// The block diagram or the drawing of the terminals, SVG.
+    /// The block diagram or the drawing of the terminals, as SVG.
     diagram: String,
-    /// Whether it is a block diagram.
+    /// Whether `diagram` is a block diagram.
     has_diagram: bool,
     has_boolean_terminals: bool,
-    /// Whether there are variables of these types, which the page then explains.
+    /// Whether the block has variables of the types WORD, INT, REAL and LREAL, each of which the page then explains.
     has_words: bool,
     has_integers: bool,
     has_singles: bool,
@@ -40,10 +40,10 @@ struct Page<'a> {
     sampling: String,
     law: Vec<Section>,
     after_responses: Vec<Section>,
-    /// The origins of the block's rules that its documentation names.
+    /// The origins of rules cited in the block's documentation: the word used there, and the explanation.
     origins: Vec<(&'static str, &'static str)>,
     responses: Vec<Drawing>,
-    /// Whether any of them shows inputs.
+    /// Whether any response shows inputs, which are drawn as dashed lines.
     has_dashed_lines: bool,
     /// Seconds between two calls of the first response.
     response_cycle: f64,
@@ -52,9 +52,9 @@ struct Page<'a> {
     recordings: [(String, &'static str); 2],
     groups: Vec<Group<'a>>,
     license: &'a str,
-    /// The name of the C file.
+    /// The name of the FMU's C file, if it has one.
     source: Option<&'a str>,
-    /// Where to insert the differences of a preset.
+    /// Marks before and after each part of the page that is replaced for a preset.
     preset_place: (&'a str, &'a str),
     recording_place: (&'a str, &'a str),
     source_place: (&'a str, &'a str),
@@ -253,7 +253,7 @@ fn characteristic_drawing(
     })
 }
 
-/// The origins of the block's rules that its documentation names.
+/// The origins of rules cited in the block's documentation: the word used there, and the explanation.
 fn origins(table: &Table) -> Vec<(&'static str, &'static str)> {
     let is_named = |word: &str| table.docs.contains(&format!("({word}")) || table.docs.contains(&format!(", {word})"));
     laws::ORIGINS.into_iter().filter(|(word, _)| is_named(word)).collect()

@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The maximum depth of folders searched.
+/// The maximum nesting depth of the folders searched.
 const DEEPEST: usize = 32;
 
 /// The maximum number of files and folders searched: a project has hundreds.

@@ -18,7 +18,7 @@ pub fn table(named: &[PathBuf], manifest: &Manifest) -> Result<Option<String>> {
     Ok(describe(named, &parts(manifest)?))
 }
 
-/// The same for a program that has been read.
+/// Like [`table`], for a program that has already been read.
 pub fn describe(named: &[PathBuf], parts: &Parts) -> Option<String> {
     if !named.iter().any(|path| path.is_dir()) {
         return None;

@@ -49,7 +49,7 @@ struct Content {
     case: Vec<Case>,
 }
 
-/// A case.
+/// A test case.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
@@ -117,21 +117,21 @@ impl File {
         format!("{}:{}", place.file, place.line)
     }
 
-    /// The first call at or after this time.
+    /// The number of the first call at or after a time, such as `2s`. Call 0 is at 0 s.
     fn call(&self, time: &str) -> Result<i64> {
         let time = nanoseconds(time)?;
         Ok((time.max(0) + self.cycle - 1) / self.cycle)
     }
 }
 
-/// A duration such as `2s` or `1m30s`.
+/// Parses a duration such as `2s` or `1m30s`; returns nanoseconds.
 pub(crate) fn nanoseconds(text: &str) -> Result<i64> {
     let count =
         literal::duration(text, 1).map_err(|_| anyhow!("{text:?} is not a duration: write 2s, 100ms or 1m30s"))?;
     i64::try_from(count).with_context(|| format!("{text:?} is too long"))
 }
 
-/// A test case to run.
+/// A program that is prepared for running test cases, and the coverage of those that were run.
 pub struct Trial {
     program: Program,
     machine: Machine,
@@ -168,7 +168,7 @@ impl Trial {
     /// Prepares a program for testing.
     ///
     /// # Errors
-    /// It has no block to run.
+    /// The program has no block to run, or several.
     pub fn new(compiled: Compiled) -> Result<Trial> {
         let root = compiled.root.context(
             "no block to run: several blocks are not called by any other; choose a function block: fb = \"NAME\"",
@@ -266,7 +266,8 @@ impl Trial {
         Ok((setting, Expectation { step, first, last, is_once: content.within.is_some(), values }))
     }
 
-    /// Describes a deviation in a call that makes an expectation fail.
+    /// Describes the first deviation in this call that makes an expectation fail. `held` marks the expectations that
+    /// need to hold only once and have done so.
     fn check(&self, file: &File, call: i64, expectations: &[Expectation], held: &mut [bool]) -> Option<String> {
         for (expectation, held) in expectations.iter().zip(held) {
             if !(expectation.first..=expectation.last).contains(&call) || *held {
@@ -294,7 +295,7 @@ impl Trial {
         None
     }
 
-    /// The lines that were executed.
+    /// Which lines of the sources were executed in the test cases run.
     pub fn coverage(self) -> Coverage {
         Coverage { lines: self.lines }
     }
@@ -321,7 +322,7 @@ impl Slot {
     }
 }
 
-/// A value of a test case, converted for the program.
+/// A value of a test case, converted to the type of its variable.
 fn value(name: &str, given: &toml::Value, of: Scalar) -> Result<Value> {
     let wrong = || anyhow!("{given} is not a valid value for {name}, which is {of}");
     let number = |number: f64| match of {
@@ -352,12 +353,12 @@ fn is_equal(found: Value, expected: Value, tolerance: Option<f64>) -> bool {
     if !found.ty().is_float() && tolerance.is_none() {
         return found == expected;
     }
-    // A REAL has seven digits.
+    // The default tolerance: a REAL has about seven significant digits.
     let tolerance = tolerance.unwrap_or(1e-6 * expected.number().abs());
     found == expected || (found.number() - expected.number()).abs() <= tolerance
 }
 
-/// The executed lines of a program.
+/// The lines of a program that contain statements, by file and line number, and whether they were executed.
 #[derive(Debug)]
 pub struct Coverage {
     lines: BTreeMap<(u16, u32), bool>,
