@@ -13,7 +13,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// For work of unknown length. Without a terminal, the text is written as a line.
+    /// A spinner for work of unknown length. Without a terminal, the text is written as a line.
     pub fn spinner(text: &str) -> Progress {
         if !stderr().is_terminal() {
             tell::text(text);
@@ -24,22 +24,23 @@ impl Progress {
         Progress { bar }
     }
 
-    /// For `length` items.
+    /// A bar for `length` items.
     pub fn bar(length: usize) -> Progress {
         Progress::styled(length, "{bar:30} {pos}/{len} {msg}")
     }
 
-    /// For `length` steps, with the remaining time.
+    /// A bar for `length` steps, with the remaining time.
     pub fn steps(length: usize) -> Progress {
         Progress::styled(length, "{bar:30} {percent:>3} %  {pos}/{len} steps, {eta} left")
     }
 
-    /// For `length` candidates of a search, with the best so far and the remaining time.
+    /// A bar for `length` candidates of a search, with the remaining time and the text of [`Progress::begin`].
     pub fn candidates(length: usize) -> Progress {
         Progress::styled(length, "{bar:30} {pos}/{len} candidates, {eta} left, {msg}")
     }
 
-    /// For `length` runs of this many control cycles, `done` of them finished, with the rate and the remaining time.
+    /// A bar for `length` runs of `cycles` control cycles each, of which `done` runs are already finished, with the
+    /// rates of both and the remaining time.
     pub fn runs(length: u64, done: u64, cycles: usize) -> Progress {
         let rate = move |state: &ProgressState, to: &mut dyn fmt::Write| {
             // A failed write to the terminal can be ignored.
@@ -71,7 +72,7 @@ impl Progress {
         Progress { bar }
     }
 
-    /// Shows the item that begins.
+    /// Shows a text about the current item.
     pub fn begin(&self, text: &str) {
         self.bar.set_message(text.to_string());
         self.bar.tick();

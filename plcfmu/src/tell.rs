@@ -43,8 +43,8 @@ pub fn is_quiet() -> bool {
     IS_QUIET.load(Ordering::Relaxed)
 }
 
-/// Prints an error: a line for each problem of a file, otherwise one line for the error with its causes. Differences
-/// have already been printed.
+/// Prints an error: for problems of a file, a line for each; for an interruption, its text alone; otherwise, one line
+/// with all causes. Prints nothing for [`Differs`], since the differences have already been printed.
 pub fn error(error: &Error) {
     if let Some(Wrong(problems)) = error.downcast_ref() {
         each_drawn(problems).for_each(|problem| line("error", AnsiColor::Red, &problem));
@@ -88,7 +88,7 @@ fn line(kind: &str, color: AnsiColor, text: &str) {
     eprintln!("{style}{kind}:{style:#} {}", shortened(&plain(text.trim_end())));
 }
 
-/// Cuts very long words, such as the garbage that a damaged file has as a name. Paths are shorter.
+/// Shortens words of more than 5000 bytes, such as a name in a damaged file, to 200 characters. No path is that long.
 fn shortened(text: &str) -> String {
     const LONGEST: usize = 5000;
     const KEPT: usize = 200;

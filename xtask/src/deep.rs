@@ -14,8 +14,8 @@ use std::process::Command;
 /// The Python tests that call every function in every state.
 const CONFORMANCE: [&str; 2] = ["tests/test_conformance.py", "tests/test_fmu_state.py"];
 
-/// The number of cases of each test under valgrind, which slows it down fiftyfold, and without it: 25 to 100 times the
-/// usual number.
+/// The environment variables of the random tests, each with its value under valgrind, which slows tests down fiftyfold,
+/// and its value without valgrind, for 25 to 100 times the usual number of cases.
 const CASES: [(&str, &str, &str); 6] = [
     ("PLCFMU_HOSTILE_SEED", "1", "2"),
     ("PLCFMU_HOSTILE_CALLS", "60000", "30000000"),
@@ -31,7 +31,7 @@ pub(crate) fn ready() -> Result<()> {
     version.context("--deep needs valgrind: on Debian and Ubuntu 'apt install valgrind'").map(|_| ())
 }
 
-/// Runs the tests. Python tests that are otherwise skipped need these variables.
+/// Runs the tests. `variables` are environment variables without which some Python tests are skipped.
 pub(crate) fn test(workspace: &Workspace, environment: &Environment, variables: &[(&str, OsString)]) -> Result<()> {
     heading("slow Python tests");
     let mut pytest = environment.python();
@@ -58,12 +58,13 @@ pub(crate) fn test(workspace: &Workspace, environment: &Environment, variables: 
 
 fn valgrind() -> Command {
     let mut valgrind = Command::new("valgrind");
-    // Thread-local data of Rust's standard library is reported as "possibly lost".
+    // Only definite leaks: thread-local data of Rust's standard library would be reported as "possibly lost".
     valgrind.args(["--quiet", "--leak-check=full", "--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
     valgrind
 }
 
-/// Python and its packages leak, differently in every version: only reports that mention an FMU's library count.
+/// Runs the conformance tests under valgrind. Python and its packages leak, differently in every version, so only
+/// reports that mention an FMU's library count.
 fn conformance(workspace: &Workspace, environment: &Environment) -> Result<()> {
     let log = workspace.target.join("valgrind.log");
     let mut valgrind = valgrind();

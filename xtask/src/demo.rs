@@ -45,7 +45,7 @@ pub(crate) fn demo(workspace: Workspace, options: &Options) -> Result<()> {
 /// Builds the command `plcfmu`, most of which is already part of this program, and returns its path.
 fn build_command(workspace: &Workspace) -> Result<PathBuf> {
     let mut build = workspace::cargo();
-    // Both packages, so that cargo compiles with the union of their features.
+    // Both packages, so that cargo uses the union of their features, as it did for this program.
     build.args(["build", "--quiet", "--package", "plcfmu", "--package", "xtask", "--bin", "plcfmu"]);
     let built = artifacts(build.current_dir(&workspace.root))?;
     let executable = built.into_iter().find_map(|artifact| artifact.executable);

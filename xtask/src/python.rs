@@ -24,7 +24,7 @@ print(sys.version.split()[0])
 print(os.path.realpath(getattr(sys, '_base_executable', None) or sys.executable))
 ";
 
-/// The hint at the end of errors that can be avoided without these packages.
+/// The hint at the end of errors, for users who can do without these packages.
 const WITHOUT: &str = "'cargo xtask fmu --native' needs no Python";
 
 /// The environment, ready for use.

@@ -105,8 +105,8 @@ fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
     ])
 }
 
-/// Checks that the lock file matches the manifests: release archives are built with `--locked`. Other cargo commands
-/// would need the crates for all platforms, many of which no build has fetched.
+/// Checks that the lock file matches the manifests: release archives are built with `--locked`. Uses `cargo update`,
+/// because other commands would need the crates for all platforms, many of which no build has fetched.
 fn lock(root: &Path) -> Check {
     let mut cargo = workspace::cargo();
     cargo.args(["update", "--workspace", "--locked", "--offline", "--quiet"]).current_dir(root);

@@ -46,7 +46,7 @@ pub(crate) fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     let version = Version { fmi: Fmi::Three, ..Version::default() };
     pack::run(workspace, &pack::Options { version, out: Some(newer.clone()), ..pack::Options::default() })?;
     steps.begin("Rust tests");
-    // All packages, including new ones.
+    // The whole workspace, so that new packages are tested too.
     let mut tests = workspace::cargo();
     tests.args(["test", "--workspace"]).env("PLCFMU_LIBRARIES", libraries(workspace)?);
     run(tests.current_dir(&workspace.root))?;
@@ -81,7 +81,8 @@ pub(crate) fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The folder with the libraries of all FMUs: the packed ones, the program library, and those of `tests/fmus`.
+/// Builds the libraries of all FMU crates, including those in `tests/fmus`, and the program library; returns the folder
+/// to which they were copied.
 fn libraries(workspace: &Workspace) -> Result<PathBuf> {
     let host = Platform::host(&workspace.root)?;
     let linkage = Linkage::choose(workspace, &host, false);
@@ -116,8 +117,8 @@ fn remove(path: &Path, how: impl FnOnce(&Path) -> io::Result<()>) -> Result<()> 
     Ok(())
 }
 
-/// The environment variables through which bindgen, needed by tests/importers, finds libclang, unless the user has set
-/// one.
+/// The environment variables through which bindgen, needed by tests/importers, finds libclang; empty if the user has
+/// set LIBCLANG_PATH.
 fn libclang(environment: &Environment) -> Result<Vec<(&'static str, OsString)>> {
     if std::env::var_os("LIBCLANG_PATH").is_some() {
         return Ok(Vec::new());

@@ -54,7 +54,7 @@ struct Page<'a> {
     license: &'a str,
     /// The name of the FMU's C file, if it has one.
     source: Option<&'a str>,
-    /// Marks before and after each part of the page that is replaced for a preset.
+    /// The comments before and after each of the three parts of the page that a preset replaces.
     preset_place: (&'a str, &'a str),
     recording_place: (&'a str, &'a str),
     source_place: (&'a str, &'a str),

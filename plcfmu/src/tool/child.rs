@@ -13,7 +13,7 @@ use run::component::{Component, Type};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// The role of the process.
+/// The role of the child process, a command-line argument.
 pub const ROLE: &str = "instance";
 
 /// A call for the child to make.
@@ -59,7 +59,7 @@ enum Reply {
 #[derive(Debug)]
 pub struct Child {
     process: Process,
-    /// Calls that are made with the next message.
+    /// Calls that will be sent with the next message.
     queued: Vec<Call>,
     /// Why the process has ended.
     end: Option<String>,

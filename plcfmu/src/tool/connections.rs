@@ -34,7 +34,7 @@ const HEAD: Duration = Duration::from_secs(60);
 /// How long the other side may leave an answer unread.
 const UNREAD: Duration = Duration::from_secs(30);
 
-/// How long to wait if the system has no resources for another connection.
+/// How long to wait before accepting again if the system has no resources for another connection.
 const NO_ROOM: Duration = Duration::from_millis(50);
 
 /// Whether a connection has presented the cookie; an extension of each of its requests.
@@ -52,7 +52,7 @@ impl Trust {
     }
 }
 
-/// Serves all connections until it is dropped.
+/// Serves all connections until the returned future is dropped.
 pub async fn serve(listener: TcpListener, routes: Router) {
     let mut open: VecDeque<(Trust, AbortHandle)> = VecDeque::new();
     loop {
@@ -101,7 +101,7 @@ struct Stream {
 }
 
 impl Stream {
-    /// Fails if nothing could be written for too long.
+    /// Passes on the result of a write, but fails if nothing could be written for [`UNREAD`].
     fn limited<T>(&mut self, context: &mut Context<'_>, written: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if written.is_ready() {
             self.unread = None;

@@ -1,5 +1,5 @@
-//! The home of the engine in `plcfmu tool`. FMU libraries are never loaded into this process: plcfmu's blocks are
-//! linked into it, and instances of other FMUs run in separate processes.
+//! The home of the engine in `plcfmu tool`: the FMUs that it can use. FMU libraries are never loaded into this process:
+//! plcfmu's blocks are linked into it, and instances of other FMUs run in separate processes.
 
 use crate::linked;
 use crate::package::apart;
@@ -112,8 +112,8 @@ fn short(text: &str) -> String {
     text.chars().take(MOST).collect()
 }
 
-/// The question to the user. Text from the FMU is quoted and shortened, so that it cannot be mistaken for the tool's
-/// own.
+/// Asks the user whether an uploaded FMU may run. Text from the FMU is quoted and shortened, so that it cannot be
+/// mistaken for the tool's own.
 fn question(name: &str, description: &Description) -> String {
     let said = [("tool", &description.generation_tool), ("author", &description.author)];
     let said = said.map(|(what, text)| text.as_deref().map(|text| format!("{what} {:?}", shortened(text))));

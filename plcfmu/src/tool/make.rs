@@ -19,7 +19,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The name of the file.
+/// The file name of the page.
 pub const FILE: &str = "plcfmu-tool.html";
 
 /// The package that becomes WebAssembly.
@@ -66,8 +66,9 @@ pub fn place(workspace: &Workspace) -> PathBuf {
     workspace.target.join("tool").join(FILE)
 }
 
-/// The cargo that compiles for the page. Installs Rust's standard library for it if missing: by rustup, or from its
-/// sources, which a cargo wrapper in the repository then also compiles. Prints a line stating which.
+/// The cargo that compiles the page's engine. If Rust's standard library for it is missing, rustup installs it, or the
+/// returned cargo is a script in the repository that also compiles the library from its sources. Prints a line stating
+/// which of the two.
 ///
 /// # Errors
 /// [`Missing`].

@@ -27,10 +27,10 @@ const EMBEDDED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/web.rs"));
 /// The colours of curves, which the page shares with all charts.
 const PALETTE: (&str, &str) = ("palette.css", draw::palette::STYLE);
 
-/// The number of digits that a character of packed data can represent.
+/// The base in which packed data is written: the number of different characters in it.
 const BASE: usize = 93;
 
-/// The element with the WebAssembly of the page, which makes up most of its size.
+/// The id of the element with the page's WebAssembly, which makes up most of the page's size.
 const ENGINE: &str = "engine";
 
 /// The number of bits of the preceding byte that predict the next one in [`compact`] data; `boot.js` uses the same
@@ -52,7 +52,7 @@ pub enum Home {
 /// The contents of the page.
 #[derive(Clone, Debug)]
 pub struct Content<'a> {
-    /// The engine that it uses.
+    /// Where its engine is.
     pub home: Home,
     /// The contents of the elements `<script type="text/plain" id="...">` by id: `assets`, `engine` (WebAssembly). They
     /// are packed and written in base 93. Elements that are not listed stay empty.
@@ -134,7 +134,7 @@ struct Page {
 }
 
 impl Page {
-    /// Replaces each element that refers to a file with the result for that file.
+    /// Replaces each element that refers to a file, in the form `begin FILE end`, with the result of `element` for it.
     fn embed(
         &mut self,
         begin: &str,
@@ -193,7 +193,8 @@ fn ensure_inside(name: &str, file: &str, text: &str) -> Result<()> {
 /// `tool/main.js` last.
 fn modules(sources: &Sources) -> Result<Vec<(String, String)>> {
     let vendor = sources.iter().filter(|(path, _)| path.starts_with("vendor/") && path.ends_with(".js"));
-    // A browser script exports through a global variable, which becomes local to the module.
+    // A third-party script defines a variable that would be global in a browser, but is local to a module: it is made
+    // global again.
     let global =
         |path: &str| path.rsplit('/').next().and_then(|file| file.split('.').next()).unwrap_or_default().to_string();
     let script = |(path, text): (&String, &String)| {
@@ -267,7 +268,7 @@ fn taken(import: &str) -> Option<String> {
     Some(format!("const {} = modules[{from}];", names.replace(" as ", ": ")))
 }
 
-/// The imports of a module, one per line as formatted.
+/// The names of the page's modules that a module imports. The formatter leaves the name of each on a separate line.
 fn imports(text: &str) -> impl Iterator<Item = &str> {
     text.lines().filter_map(|line| {
         let from = line.strip_prefix("import ").or_else(|| line.split_once(" from ").map(|(_, from)| from))?;
@@ -335,7 +336,7 @@ pub fn packed(bytes: &[u8], home: Home) -> Result<String> {
 /// without a header. Browsers can unpack gzip natively; for LZMA, the page runs a script in a worker.
 ///
 /// # Errors
-/// More than 4 GiB.
+/// The data is 4 GiB or longer.
 fn compact(bytes: &[u8]) -> Result<Vec<u8>> {
     let length = u32::try_from(bytes.len()).context("the engine is too large")?;
     let options = LzmaOptions {

@@ -295,8 +295,8 @@ async fn open(State(shared): State<Arc<Shared>>, Query(Code { code }): Query<Cod
         Err(error) => return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}")).into_response(),
     }
     let cookie = format!("plcfmu={cookie}; Path=/{token}/; HttpOnly; SameSite=Strict");
-    // A browser does not send the cookie with a navigation from another site, even after a redirect, but does from this
-    // page.
+    // The cookie is SameSite=Strict: a browser would not send it with a navigation that began on another site, even
+    // after a redirect. It sends it with the navigation that this document starts.
     ([(SET_COOKIE, cookie)], Html(leading_to(&format!("/{token}/")))).into_response()
 }
 
@@ -319,7 +319,7 @@ async fn message(State(shared): State<Arc<Shared>>, request: Request) -> Result<
     Ok(json(number, answer))
 }
 
-/// The name of an FMU that a page sends.
+/// The file name of an FMU that a page sends.
 #[derive(Deserialize)]
 struct Upload {
     file: String,
@@ -436,7 +436,7 @@ async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, 
     if length.is_some_and(|length| length > most as u64) {
         return Err(too_large());
     }
-    // This also fails if the page is gone; then the reason is not read.
+    // This also fails if the page is gone, in which case nobody reads the reason.
     let body = timeout(BODY, to_bytes(body, most)).await.map_err(|_| Refusal {
         status: StatusCode::REQUEST_TIMEOUT,
         message: format!("the request did not arrive within {} s", BODY.as_secs()),
@@ -444,7 +444,7 @@ async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, 
     Ok((headers, body.map_err(|_| too_large())?))
 }
 
-/// `{"ok": ...}` or `{"error": {"message": ...}}`, as the engine answers.
+/// `{"ok": ...}` or `{"error": {"message": ...}}`, the format of the engine's answers.
 fn answer(result: anyhow::Result<impl Serialize>) -> String {
     match result {
         Ok(content) => serde_json::json!({ "ok": content }),
@@ -477,7 +477,7 @@ impl IntoResponse for Refusal {
     }
 }
 
-/// 128 random bits.
+/// 128 random bits as hexadecimal digits.
 fn random() -> Result<String> {
     let mut random = [0; 16];
     getrandom::fill(&mut random).map_err(|error| anyhow!("no random numbers are available: {error}"))?;
