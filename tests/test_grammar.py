@@ -135,7 +135,7 @@ def test_without_cargo_the_remedy_is_said(command, tmp_path):
     (tmp_path / "Cargo.toml").write_text("[package]\nname = 'a'\n")
     done = subprocess.run([command, "build"], cwd=tmp_path, env={"PATH": str(tmp_path)}, capture_output=True, text=True)
     assert done.returncode == 1
-    assert done.stderr.endswith(": cargo was not found: Rust is needed to build FMUs from crates, see https://rustup.rs\n")
+    assert done.stderr.endswith(": cargo was not found: to build FMUs from crates, install Rust (https://rustup.rs)\n")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="wait4 tells the memory of a process in kB on Linux")
@@ -157,7 +157,7 @@ def test_a_recording_does_not_fill_the_memory(command, tmp_path):
 
 def test_one_variable_is_one(plcfmu):
     done = plcfmu("run", FMUS[1], "--step=1", "--stop=4", "--record=HEATER.TEMP", "--out=o.csv")
-    assert "o.csv: 5 rows of time and 1 variable\n" in done.stdout
+    assert "o.csv: 5 rows with the time and 1 variable\n" in done.stdout
 
 
 def test_a_check_is_a_list_of_verdicts(plcfmu, tmp_path):
@@ -290,7 +290,7 @@ MISTAKEN = {
     "test tank.scl": "tank.scl is a program: name its test file, a .toml; 'plcfmu new --scl NAME' creates a program with a test",
     "build notes.md": "notes.md is neither a program source (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a workspace package",
     "run notes.md": "notes.md is neither an FMU (.fmu), a loop (.toml), a parameter file (.awl, .db, .xml, ...) nor a program (.scl)",
-    "preset CONT_C.fmu --out p.zip": "p.zip: a preset's file name ends in .fmu; for a folder, write p.zip/",
+    "preset CONT_C.fmu --out p.zip": "p.zip: a preset's file name must end in .fmu; for a folder, write p.zip/",
     "run loop.toml": "loop.toml:2:5: no file NOTHING_LIKE_IT.fmu; FMU paths are relative to the folder of this file, or to --fmus FOLDER",
 }
 

@@ -174,5 +174,5 @@ def test_the_loops_of_a_parameter_file_run_with_its_values(call, tmp_path):
     text = recorded(call("run", "plant.json", "--fmus=PLCFMU_FMUS", "--stop=1", "--out=-", *record))
     assert text.splitlines()[:2] == ["time,TIC1.GAIN,TIC2.GAIN,P1.PER_TM", f"0.0,{host.real(0.1)},{host.real(0.7)},2.0"]
     assert refused(call("run", "plant.json"), 1) == (
-        "plant.json is a parameter file: name the folder with the FMUs of its blocks: --fmus FOLDER"
+        "plant.json is a parameter file: specify the folder with the FMUs of its blocks with --fmus FOLDER"
     )

@@ -331,7 +331,7 @@ def test_a_preset_has_what_the_original_has_but_the_reference_results_and_the_so
 
 def test_loops_without_an_fmu_are_named_and_nothing_is_written(plcfmu, plant, tmp_path):
     done = plcfmu("preset", plant, "--fmus", host.FOLDER / "CONT_S.fmu", "--out", "presets")
-    assert done.returncode == 1 and "no FMU for CONT_C (loops TIC101, TIC102" in done.stderr
+    assert done.returncode == 1 and "no FMU for CONT_C (used by TIC101, TIC102" in done.stderr
     assert not (tmp_path / "presets").exists()
 
 

@@ -603,13 +603,13 @@ def test_a_program_that_stops_with_its_start_values_is_packed_with_a_note(build,
         END_FUNCTION_BLOCK"""
     done, folder = build(source, "--cycle=100ms")
     assert done.returncode == 0, done.stderr
-    note = "with its start values the program stops: machine.scl:4: index 0 is outside 1..5"
+    note = "with its start values, the program stops: machine.scl:4: index 0 is outside 1..5"
     assert note in done.stderr
     checked = subprocess.run([command, "check", folder / "machine.scl"], capture_output=True, text=True)
     assert checked.returncode == 0 and note in checked.stdout
     with zipfile.ZipFile(folder / "Recipe.fmu") as archive:
         assert not any(name.startswith("extra/") for name in archive.namelist())
-        assert "Not recorded: with its start values the program stops." in archive.read("documentation/index.html").decode()
+        assert "Not recorded: with its start values, the program stops." in archive.read("documentation/index.html").decode()
     result = fmpy.simulate_fmu(str(folder / "Recipe.fmu"), start_values={"number": 2}, stop_time=0.1)
     assert result["y"][-1] == 2.5
 

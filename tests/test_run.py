@@ -253,7 +253,7 @@ def test_the_recording_goes_to_a_file_and_the_summary_to_standard_output(run, tm
     assert done.returncode == 0 and done.stderr == ""
     first, second, third, *_ = done.stdout.splitlines()
     assert first.startswith("20 steps of 0.1 s, as HEATER proposes, from 0 s to 2 s, in ")
-    assert second == "result.csv: 21 rows of time and 15 variables"
+    assert second == "result.csv: 21 rows with the time and 15 variables"
     assert third == "result.png"
     assert len(rows(tmp_path / "result.csv")) == 21
     assert (tmp_path / "result.png").read_bytes().startswith(b"\x89PNG")

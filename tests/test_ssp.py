@@ -212,7 +212,7 @@ def test_what_an_ssp_file_does_not_hold_is_told(packed, tmp_path):
     (tmp_path / "loop.toml").write_text(f"{description}\n[[events]]\ntime = 300.0\nset.CONT_C.SP_INT = 80.0\n")
     path, remarks = packed("loop.toml")
     assert remarks == [
-        "an SSP file cannot set values during a run: CONT_C.SP_INT = 80 at 300 s left out",
+        "an SSP file cannot set values during a run; left out: CONT_C.SP_INT = 80 at 300 s",
         "an SSP file does not specify the order of FMUs: libcosim and Ecos exchange all values at the same time, as plcfmu "
         "run --parallel does",
         "an SSP file has no communication step: set 1 s in the tool that runs it",
@@ -239,6 +239,6 @@ def test_a_file_that_is_no_fmu_is_refused(ssp, tmp_path):
     (tmp_path / "other.fmu").write_text("no archive")
     assert refused(ssp, tmp_path, "other.fmu") == "other.fmu: it is not a ZIP file, or its end is missing"
     assert refused(ssp, tmp_path, "a.fmu").startswith("a.fmu: ")
-    assert ssp(host.FOLDER / "HEATER.fmu", "--out=plant.zip").stderr == "error: plant.zip should end with .ssp\n"
+    assert ssp(host.FOLDER / "HEATER.fmu", "--out=plant.zip").stderr == "error: plant.zip: the name of an SSP file must end in .ssp\n"
 
 

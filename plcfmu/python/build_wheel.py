@@ -195,7 +195,7 @@ def main() -> None:
         if not any((programs / PLATFORMS[target]).glob("program.*")):
             sys.exit(
                 f"error: no program library in {programs / PLATFORMS[target]}, without which the command cannot build "
-                "programs in SCL: `cargo xtask fmu` packs it with all FMUs"
+                "programs in SCL: `cargo xtask fmu` builds it together with all FMUs"
             )
     for target in targets:
         wheel = build(fmus, programs, options.out.resolve(), target)

@@ -88,7 +88,7 @@ pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
 /// # Errors
 /// No format has this extension.
 pub fn format_of(name: &str) -> Result<Format> {
-    ensure!(name != Source::STANDARD_INPUT, "standard input has no extension: name its format with --format");
+    ensure!(name != Source::STANDARD_INPUT, "standard input has no extension: specify its format with --format");
     Format::of_file(name).with_context(|| {
         let extensions: Vec<String> = Format::ALL
             .iter()

@@ -176,7 +176,7 @@ impl Sources {
                 format!("write 'version: {current}' there")
             }),
             Check::new("CHANGELOG.md describes the changes", !unreleased(&self.changelog).is_empty(), || {
-                format!("write it under '{UNRELEASED}'")
+                format!("describe them under '{UNRELEASED}'")
             }),
             Check::new(
                 format!("CHANGELOG.md has no section for {version} yet"),

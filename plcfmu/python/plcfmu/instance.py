@@ -371,7 +371,7 @@ def _unpacked(path: pathlib.Path) -> _Package:
     version = description.fmiVersion
     if not version.startswith(("2.", "3.")) or description.coSimulation is None:
         kind = "co-simulation" if description.coSimulation is not None else "model exchange only"
-        raise FmuError(f"{path} is FMI {version}, {kind}; export it as FMI 2.0 or 3.0 for co-simulation")
+        raise FmuError(f"{path} is an FMI {version} FMU for {kind}; export it as FMI 2.0 or 3.0 for co-simulation")
     clocks = [variable.name for variable in description.modelVariables if variable.type == "Clock"]
     if clocks:
         raise FmuError(f"{path} has Clocks ({', '.join(clocks[:3])}), which are not supported; export it without them")
@@ -402,5 +402,5 @@ def _check_platform(path: pathlib.Path, identifier: str, version: str) -> None:
     if ["binaries", platform, identifier + fmpy.sharedLibraryExtension] not in libraries:
         platforms = sorted({parts[1] for parts in libraries if len(parts) > 2 and parts[2]})
         raise FmuError(
-            f"{path} has no library for {platform}; it has {', '.join(platforms) or 'no library at all'}"
+            f"{path} has no library for {platform}; available: {', '.join(platforms) or 'none'}"
         )

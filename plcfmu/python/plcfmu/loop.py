@@ -26,7 +26,9 @@ Recorded = Union[str, Callable[[float], Any]]
 def clock(duration: float, step: float, title: str = "") -> Iterator[float]:
     """The times 0, step, 2 step, ... before `duration`, in seconds; with a progress bar on a terminal."""
     if not step > 0.0 or not duration >= 0.0:
-        raise ValueError(f"a duration of {duration} s in steps of {step} s: the step must be greater than 0")
+        raise ValueError(
+            f"step={step}, duration={duration}: the step must be greater than 0, and the duration must not be negative"
+        )
     for number in tqdm(range(round(duration / step)), desc=title or None, unit=" steps", disable=None):
         yield number * step
 

@@ -61,8 +61,8 @@ impl Names {
             && package.len() <= LONGEST_NAME;
         if !is_valid {
             bail!(
-                "{package:?} is not a valid crate name: use lower-case letters, digits and _, beginning with a letter, at \
-                 most {LONGEST_NAME}, such as my_block"
+                "{package:?} is not a valid crate name: use at most {LONGEST_NAME} lower-case letters, digits and _, \
+                 beginning with a letter, such as my_block"
             );
         }
         let identifier = package.replace('-', "_");

@@ -61,7 +61,7 @@ impl Workspace {
                 anyhow!("{}", stderr.trim().trim_start_matches("error: "))
             }
             cargo_metadata::Error::Io(error) if error.kind() == ErrorKind::NotFound => {
-                anyhow!("cargo was not found: Rust is needed to build FMUs from crates, see https://rustup.rs")
+                anyhow!("cargo was not found: to build FMUs from crates, install Rust (https://rustup.rs)")
             }
             error => anyhow!(error),
         });

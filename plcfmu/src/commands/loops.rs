@@ -112,7 +112,7 @@ impl Arguments {
         let missing = self.names.iter().find(|name| !found.loops.iter().any(|one| is_called(one, name)));
         if let (Some(missing), true) = (missing, found.errors.is_empty()) {
             let all: Vec<&str> = found.loops.iter().map(|one| one.name.as_str()).collect();
-            bail!("{} has no loop {missing}; available: {}", self.files.join(", "), all.join(", "));
+            bail!("no loop {missing} in {}; available: {}", self.files.join(", "), all.join(", "));
         }
         found.loops.retain(|one| self.names.is_empty() || self.names.iter().any(|name| is_called(one, name)));
         Ok(found)

@@ -163,6 +163,6 @@ async fn read(pipe: Option<impl AsyncRead + Unpin>) -> Result<String> {
     let mut bytes = Vec::new();
     let pipe = pipe.context("the process has no output")?;
     pipe.take(LONGEST + 1).read_to_end(&mut bytes).await?;
-    ensure!(bytes.len() as u64 <= LONGEST, "the answer is longer than {} MB: request less", LONGEST >> 20);
+    ensure!(bytes.len() as u64 <= LONGEST, "the answer is longer than {} MiB: request less", LONGEST >> 20);
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

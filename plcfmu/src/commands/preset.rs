@@ -106,7 +106,7 @@ pub fn run(options: &Options) -> Result<()> {
         let is_folder = out.is_dir() || shown.to_string().ends_with(std::path::is_separator);
         ensure!(
             is_folder || is_file(out) || out.extension().is_none() || out.exists(),
-            "{shown}: a preset's file name ends in .fmu; for a folder, write {shown}/"
+            "{shown}: a preset's file name must end in .fmu; for a folder, write {shown}/"
         );
     }
     let name = options.out.as_deref().filter(|out| is_file(out)).and_then(Path::file_stem);
@@ -259,7 +259,7 @@ fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
             [] => missing.entry(&values.block.name).or_default().push(&values.name),
             [_] => {}
             [first, second, ..] => bail!(
-                "{} and {} are both FMUs of {}: name the one to use for {}",
+                "{} and {} are both FMUs of {}: specify only the one to use for {} with --fmus",
                 first.path.display(),
                 second.path.display(),
                 values.block.name,
@@ -268,8 +268,8 @@ fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
         }
     }
     let missing: Vec<String> =
-        missing.into_iter().map(|(block, loops)| format!("{block} (loops {})", loops.join(", "))).collect();
-    ensure!(missing.is_empty(), "no FMU for {}: name its file or folder", missing.join(" and for "));
+        missing.into_iter().map(|(block, loops)| format!("{block} (used by {})", loops.join(", "))).collect();
+    ensure!(missing.is_empty(), "no FMU for {}: specify its file or folder with --fmus", missing.join(" and for "));
     Ok(())
 }
 

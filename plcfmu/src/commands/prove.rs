@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
                       plcfmu prove --read FILE.bin|s7://HOST/RACK/SLOT/DBn"
 )]
 pub struct Options {
-    /// The block whose law is the reference
+    /// The block of plcfmu that serves as the reference
     #[arg(value_name = "BLOCK", required_unless_present = "read", conflicts_with = "read", value_parser = block())]
     name: Option<String>,
     /// The source to write
@@ -82,7 +82,7 @@ fn write(options: &Options) -> Result<()> {
     let own = options.block.clone().map(|block| Names { block, first: options.number });
     let names = own.or_else(|| Names::new(&tape, dialect).map(|names| Names { first: options.number, ..names }));
     let names = names.with_context(|| {
-        format!("the STEP 7 libraries have no {name}: name the function block of your project with --block FB200")
+        format!("the STEP 7 libraries have no {name}: specify your project's function block, as in --block FB200")
     })?;
     let source = prove::print(&tape, &names, dialect);
     replacing(out, || temporary::place(out, |file| Ok(file.write_all(source.as_bytes())?), |_| Ok(())))?;

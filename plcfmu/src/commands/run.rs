@@ -170,7 +170,7 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(file) = options.out.as_ref().filter(|_| !to_stdout) {
         let (rows, columns) = (kept.recorded, plan.columns.len());
         let plural = if columns == 1 { "" } else { "s" };
-        lines.push(format!("{}: {rows} rows of time and {columns} variable{plural}", file.display()));
+        lines.push(format!("{}: {rows} rows with the time and {columns} variable{plural}", file.display()));
         written.push(file);
     }
     let figures = kept.figures();
@@ -180,7 +180,7 @@ pub fn run(options: &Options) -> Result<()> {
         replacing(file, || temporary::place(file, |to| Ok(to.write_all(&picture.bytes)?), |_| Ok(())))?;
         let left_out = match picture.left_out {
             0 => String::new(),
-            count => format!(": {count} variables do not fit; --record selects the variables to plot"),
+            count => format!(" (variables that do not fit: {count}; --record selects the variables to plot)"),
         };
         lines.push(format!("{}{left_out}", file.display()));
         written.push(file);
@@ -312,7 +312,7 @@ fn show_messages(plan: &Plan, messages: &[(String, String)]) {
         let more = own.len().saturating_sub(MOST_MESSAGES);
         shown.extend(own.into_iter().take(MOST_MESSAGES));
         if more > 0 {
-            shown.push((member.name.clone(), format!("{more} more messages")));
+            shown.push((member.name.clone(), format!("more messages, not shown: {more}")));
         }
     }
     for line in told_once(shown) {

@@ -37,7 +37,7 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<()> {
     let out = &options.out;
     if out.extension().is_none_or(|extension| extension != "ssp") {
-        bail!("{} should end with .ssp", out.display());
+        bail!("{}: the name of an SSP file must end in .ssp", out.display());
     }
     ensure!(!options.system.has_record(), "--record: an SSP file does not specify what to record: omit this option");
     let system = options.system.system()?;

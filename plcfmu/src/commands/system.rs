@@ -183,7 +183,7 @@ impl Arguments {
     fn add_loops(&self, path: &Path, system: &mut System) -> Result<()> {
         let shown = path.display();
         let folder = self.fmus.as_deref().with_context(|| {
-            format!("{shown} is a parameter file: name the folder with the FMUs of its blocks: --fmus FOLDER")
+            format!("{shown} is a parameter file: specify the folder with the FMUs of its blocks with --fmus FOLDER")
         })?;
         let options = parameters::Options { block: self.block.clone(), ..Default::default() };
         let reading = parameter_file::read_any(&shown.to_string(), &options)?;
@@ -238,7 +238,7 @@ fn signals(file: &str, text: &str) -> Result<Vec<Setting>> {
     let at = |line: usize| FilePosition { file: file.into(), line, column: 1 };
     let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
     let (header, _) =
-        lines.next().with_context(|| format!("{file} is empty: its first line is time,FMU.VARIABLE,..."))?;
+        lines.next().with_context(|| format!("{file} is empty: its first line must be time,FMU.VARIABLE,..."))?;
     let names: Vec<&str> =
         header.trim_start_matches('\u{feff}').split(',').map(|name| name.trim().trim_matches('"')).collect();
     ensure!(names.len() > 1 && names[0] == "time", "{}: expected time,FMU.VARIABLE,..., found {header:?}", at(1));

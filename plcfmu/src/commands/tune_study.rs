@@ -162,7 +162,7 @@ fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Re
     }
     print(&format!("{} of {} loops tuned\n", tuned.len() - failed.len(), tuned.len()))?;
     if !failed.is_empty() {
-        bail!("{} of {} loops keep their settings", failed.len(), tuned.len());
+        bail!("{} of {} loops could not be tuned and keep their settings", failed.len(), tuned.len());
     }
     Ok(())
 }

@@ -178,8 +178,8 @@ fn check_library<R: Read + Seek>(
         Ok(None) => {
             let guid = shortened(guid);
             bail!(
-                "it does not contain the GUID {guid:?} of {DESCRIPTION}, and {path} has no start values of a preset: \
-                 the two are from different builds, or the start values are missing"
+                "it does not contain the GUID {guid:?} of {DESCRIPTION}, and a preset's start values, {path}, are \
+                 missing: the library and the description are from different builds, or {path} was removed"
             );
         }
         Err(error) => bail!("{error:#}"),
@@ -422,9 +422,9 @@ mod tests {
         let falsified = ModelDescription { guid: "{2}".into(), ..description() };
         assert_eq!(
             report(&falsified, library(true, "{1}")).errors,
-            ["binaries/darwin64/PUMP.dylib: it does not contain the GUID \"{2}\" of modelDescription.xml, and \
-                 resources/start.txt has no start values of a preset: the two are from different builds, or the start \
-                 values are missing"]
+            ["binaries/darwin64/PUMP.dylib: it does not contain the GUID \"{2}\" of modelDescription.xml, and a \
+                 preset's start values, resources/start.txt, are missing: the library and the description are from \
+                 different builds, or resources/start.txt was removed"]
         );
         // A library from another tool may compute its GUID.
         assert_eq!(report(&falsified, library(false, "{1}")).errors, [""; 0]);

@@ -268,8 +268,8 @@ fn is_unit(unit: &str) -> bool {
 /// The note on a program that stops with its start values.
 pub fn stops(stop: &str) -> String {
     format!(
-        "with its start values the program stops: {stop}; change the start values that cause this, or set other values \
-         before the first step"
+        "with its start values, the program stops: {stop}; change the start values that cause this, or set other \
+         values before the first step"
     )
 }
 

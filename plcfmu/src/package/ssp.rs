@@ -270,7 +270,7 @@ fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     };
     let events: Vec<_> = system.settings.iter().filter_map(event).collect();
     if !events.is_empty() {
-        remarks.push(format!("an SSP file cannot set values during a run: {} left out", events.join(", ")));
+        remarks.push(format!("an SSP file cannot set values during a run; left out: {}", events.join(", ")));
     }
     if system.exchange == Exchange::Sequential && !system.connections.is_empty() {
         remarks.push(

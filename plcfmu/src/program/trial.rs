@@ -250,7 +250,7 @@ impl Trial {
             (Some(within), None) => file.call(&content.at)? + file.call(within)?,
             (None, Some(until)) => file.call(until)?,
             (None, None) => first,
-            (Some(_), Some(_)) => bail!("a step has `within` or `until`, not both"),
+            (Some(_), Some(_)) => bail!("a step can have `within` or `until`, but not both"),
         };
         if last < first {
             bail!("`until` is before `at`");

@@ -270,7 +270,8 @@ async fn known_browser(
     next: Next,
 ) -> Response {
     if !shared.access.knows(request.headers()) {
-        let why = "This page is for the browser opened by plcfmu tool, which prints an address for another browser.";
+        let why = "This page is for the browser opened by plcfmu tool. For another browser, use the address printed in \
+                   its terminal.";
         return (StatusCode::FORBIDDEN, why).into_response();
     }
     trust.give();

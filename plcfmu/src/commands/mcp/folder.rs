@@ -40,7 +40,7 @@ impl Folder {
                 let content = toml::from_str::<Value>(&source.text).unwrap_or_default();
                 let beside = file.parent().unwrap_or(Path::new(""));
                 let inside = texts(&content).into_iter().try_for_each(|text| self.ensure_within(beside, text));
-                inside.with_context(|| format!("{} names a file", file.display()))?;
+                inside.with_context(|| format!("{} cannot be used", file.display()))?;
             }
         }
         Ok(())

@@ -188,7 +188,7 @@ impl Kept<'_> {
         let missing =
             missing.filter(|name| self.column(Some(name)).is_none()).map(|name| format!("{}.{name}", first.name));
         let missing: Vec<String> = missing.collect();
-        format!("no figures: {} is not recorded, see --record", missing.join(" and "))
+        format!("no figures: the recording lacks {}, see --record", missing.join(" and "))
     }
 
     /// The times and curves of all columns, if the run is plotted.
