@@ -216,7 +216,7 @@ def test_a_folder_in_place_of_an_fmu_is_told_with_the_remedy(command, tmp_path, 
     (tmp_path / "fmus").mkdir()
     given = {"cwd": tmp_path, "capture_output": True, "text": True}
     done = subprocess.run([command, name, "fmus"], **given)
-    assert (done.returncode, done.stdout, done.stderr) == (3, "", "error: fmus is a folder: name FMUs, such as fmus/*.fmu\n")
+    assert (done.returncode, done.stdout, done.stderr) == (3, "", "error: fmus is a folder: specify FMUs, such as fmus/*.fmu\n")
 
 
 # A machine that cannot do it

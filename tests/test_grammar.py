@@ -287,7 +287,7 @@ MISTAKEN = {
     "study CONT_C.fmu": "CONT_C.fmu is an FMU: a study is a .toml that names a loop; 'plcfmu run CONT_C.fmu' runs an FMU",
     "tune-study CONT_C.fmu": "CONT_C.fmu is an FMU: a study is a .toml that names a loop; 'plcfmu run CONT_C.fmu' runs an FMU",
     "study tank.scl": "tank.scl is a program: a study is a .toml that names a loop, which may contain a program",
-    "test tank.scl": "tank.scl is a program: name its test file, a .toml; 'plcfmu new --scl NAME' creates a program with a test",
+    "test tank.scl": "tank.scl is a program: specify its test file, a .toml; 'plcfmu new --scl NAME' creates a program with a test",
     "build notes.md": "notes.md is neither a program source (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a workspace package",
     "run notes.md": "notes.md is neither an FMU (.fmu), a loop (.toml), a parameter file (.awl, .db, .xml, ...) nor a program (.scl)",
     "preset CONT_C.fmu --out p.zip": "p.zip: a preset's file name must end in .fmu; for a folder, write p.zip/",

@@ -204,7 +204,7 @@ def test_no_file_beside_another_leads_out_of_the_folder(client):
         # No option is smuggled in, and no crate built.
         ("check", {"files": ["--run"]}, '"file": "--run"'),
         ("build", {"files": ["motor.scl"]}, "build needs cycle"),
-        ("build", {"files": ["motor"], "cycle": "1s"}, "--cycle is for programs in SCL: name the program's sources"),
+        ("build", {"files": ["motor"], "cycle": "1s"}, "--cycle is for programs in SCL: specify the program's sources"),
         ("build", {"files": ["motor.scl"], "cycle": "soon"}, "invalid value 'soon' for '--cycle <TIME>'"),
         ("run", {**PROGRAM, "parallel": "yes"}, 'parallel: expected true or false, found "yes"'),
         ("show", {"files": ["lamp.scl"]}, "lamp.scl:5:"),

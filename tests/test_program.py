@@ -664,7 +664,7 @@ def test_a_file_that_is_no_source_comes_with_what_to_do(command, tmp_path):
 
     no_source = "is neither an FMU nor a program source (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a tag table: "
     for verb in ("check", "build"):
-        remedy = {"check": "plant is a folder: name FMUs", "build": "plant is a folder without program sources (.scl, "}
+        remedy = {"check": "plant is a folder: specify FMUs", "build": "plant is a folder without program sources (.scl, "}
         assert remedy[verb] in told(verb, "plant")
         assert f"motor.st {no_source}rename an SCL source to .scl" in told(verb, "motor.st")
     assert "motor.st" in (mixed := told("build", "a.scl", "motor.st", "--cycle=1s")) and "rename" in mixed

@@ -894,5 +894,5 @@ def test_what_cannot_be_served_is_refused_in_a_sentence(command, tool, tmp_path)
         "empty has no program source: export one there, as .scl, .udt, .db, .s7dcl, .xml or .awl"
     )
     assert refused(command, tmp_path, "--fmus", "empty") == (
-        "no block FMUs in empty: name their folder with --fmus, or set PLCFMU_FMUS to it"
+        "no FMU of a block in empty: specify the folder of the FMUs with --fmus, or set PLCFMU_FMUS to it"
     )

@@ -105,7 +105,7 @@ pub fn parts(manifest: &Manifest) -> Result<Parts> {
     let read = |file: &PathBuf| Source::read(file, None).map_err(Error::msg);
     let sources = with_texts(&files).iter().map(read).collect::<Result<Vec<Source>>>()?;
     if sources.is_empty() {
-        return Err(anyhow!("no source: name files that end in .scl, .udt, .db, .s7dcl, .xml or .awl"));
+        return Err(anyhow!("no source: specify files that end in .scl, .udt, .db, .s7dcl, .xml or .awl"));
     }
     let tables = tables.iter().map(|file| Ok((file.display().to_string(), table(file)?)));
     let tables = tables.collect::<Result<Vec<(String, Tags)>>>()?;

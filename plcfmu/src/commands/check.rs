@@ -43,7 +43,7 @@ pub struct Options {
     /// Print the findings as JSON, for scripts
     #[arg(long)]
     pub json: bool,
-    /// Time limit for an FMU with --run, in seconds
+    /// Time limit for running each FMU with --run, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = time_limit)]
     pub time_limit: f64,
     #[allow(missing_docs)]

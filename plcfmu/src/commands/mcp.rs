@@ -35,7 +35,7 @@ use tokio::{select, try_join};
 /// The instructions for the agent, which a client receives when it connects.
 const INSTRUCTIONS: &str = "PLC programs (SCL, LAD, FBD, data blocks and tag tables, as TIA Portal exports them) and FMUs: check them, \
     print a program as SCL, build an FMU from it, test its logic, run it with signals over time. Paths are relative to the folder in which \
-    plcfmu was started and must not leave it. To specify a program, name all its files together, or their folder.";
+    plcfmu was started and must not leave it. To specify a program, pass all its files together, or their folder.";
 
 /// The maximum length of each output of a command, standard output and standard error, in bytes.
 const LONGEST: u64 = 16 << 20;

@@ -124,8 +124,8 @@ struct WorkerOptions {
     /// Time limit for one run, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
-    /// Call the libraries of all FMUs through FMI's C interface; by default, plcfmu runs its own, faster copy of the
-    /// blocks if it has all of them, built from the same sources: the results are bit-identical
+    /// Call the libraries of all FMUs through FMI's C interface; by default, if plcfmu contains all blocks of the loop,
+    /// built from the same sources, it runs these faster copies, with bit-identical results
     #[arg(long)]
     exact_door: bool,
 }
@@ -156,7 +156,7 @@ fn refuse_folders(files: &[PathBuf]) -> Result<()> {
     let folder = files.iter().find(|file| file.is_dir());
     folder.map_or(Ok(()), |folder| {
         let sample = folder.join("*.fmu");
-        let error = anyhow!("{} is a folder: name FMUs, such as {}", folder.display(), sample.display());
+        let error = anyhow!("{} is a folder: specify FMUs, such as {}", folder.display(), sample.display());
         Err(Error::new(Unreadable(error)))
     })
 }

@@ -55,7 +55,7 @@ fn make_program(names: &Names, path: Option<&Path>) -> Result<()> {
     let (name, block) = (&names.package, &names.block);
     let folder = path.unwrap_or(Path::new(name));
     fs::create_dir(folder)
-        .with_context(|| format!("the folder {} cannot be created: name another with --out", folder.display()))?;
+        .with_context(|| format!("the folder {} cannot be created: choose another with --out", folder.display()))?;
     let program = include_str!("../program/template/machine.scl").replace("MACHINE", block);
     let test = include_str!("../program/template/machine.toml").replace("machine.scl", &format!("{name}.scl"));
     for (file, text) in [(format!("{name}.scl"), program), (format!("{name}.toml"), test)] {

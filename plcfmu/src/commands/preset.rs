@@ -99,7 +99,7 @@ pub fn run(options: &Options) -> Result<()> {
     };
     ensure!(
         !sources.is_empty(),
-        "presets are made from FMUs: name the FMUs of the loops' blocks, or their folder, with --fmus"
+        "presets are made from FMUs: specify the FMUs of the loops' blocks, or their folder, with --fmus"
     );
     if let Some(out) = &options.out {
         let shown = out.display();
@@ -124,7 +124,7 @@ pub fn run(options: &Options) -> Result<()> {
     let mut fmus = open(&sources, &options.loops.fmus)?;
     ensure!(
         name.is_none() || loops.len() == 1,
-        "--out names one FMU, but there are {} loops: choose one with --loop, or name a folder",
+        "--out specifies one FMU, but there are {} loops: choose one with --loop, or specify a folder",
         loops.len()
     );
     for values in &mut loops {
@@ -135,7 +135,7 @@ pub fn run(options: &Options) -> Result<()> {
         sources.iter().map(PathBuf::as_path).chain(arguments.files.iter().map(|file| Path::new(file.as_str())));
     let folder = options.out.as_deref().filter(|out| out.is_file() && !is_file(out));
     temporary::check_outputs(folder.into_iter().chain(made.iter().map(|made| made.path.as_path())), inputs)?;
-    ensure!(folder.is_none(), "--out names a file that is not an FMU: name FILE.fmu, or a folder");
+    ensure!(folder.is_none(), "--out specifies a file that is not an FMU: specify FILE.fmu, or a folder");
     start(&made)?;
     let pending = made.iter().map(|Made { preset, path, .. }| write(preset, path)).collect::<Result<Vec<_>>>()?;
     for preset in pending {

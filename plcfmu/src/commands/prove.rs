@@ -39,7 +39,7 @@ pub struct Options {
     /// The PLC's own block, if it is not from the vendor's library: FB200, or its name
     #[arg(long, value_name = "NAME")]
     block: Option<String>,
-    /// STEP 7: the number of the function block and of the first data block of the source
+    /// STEP 7: the number of the function block and of the first data block in the source
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u16).range(1..=16000))]
     number: u16,
     /// Report the result: its data block as bytes, or its address in the PLC, which is only read

@@ -115,7 +115,7 @@ FMUs are foreign code: they run in a separate process. An FMU that crashes or do
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
-    ensure!(!(to_stdout && options.json), "--out - and --json both write to standard output: name a file for --out");
+    ensure!(!(to_stdout && options.json), "--out - and --json both write to standard output: specify a file for --out");
     if to_stdout {
         ensure_standard_output()?;
     }

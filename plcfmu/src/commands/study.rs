@@ -64,7 +64,7 @@ pub struct Options {
     /// Also write the curves of these runs, as plcfmu run --out does
     #[arg(long, value_name = "RUN,...", value_delimiter = ',')]
     curves: Vec<u64>,
-    /// Require every run to meet this, for example "overshoot < 10 %"; exit code 1 if one does not
+    /// Require every run to meet this expectation, for example "overshoot < 10 %"; exit code 1 if one does not
     #[arg(long, value_name = "TEXT")]
     expect: Vec<String>,
     /// Write the expectations as tests in JUnit format
@@ -73,10 +73,10 @@ pub struct Options {
     /// Write a bundle, a folder with the study and its FMUs for another machine, and run nothing
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "resume", "runs", "part", "junit"])]
     bundle: Option<PathBuf>,
-    /// Make only the runs from A up to, but not including, B, and write only a part
+    /// Execute only the runs A to B - 1, and write only a part
     #[arg(long, value_name = "A..B", value_parser = range, requires = "part", conflicts_with_all = ["out", "resume", "curves", "expect", "junit"])]
     runs: Option<Range<u64>>,
-    /// The part to write: put it into the folder parts of the results, and --resume continues from it
+    /// The part to write; put it into the subfolder parts of the results folder, and --resume continues from it
     #[arg(long, value_name = "FILE", requires = "runs")]
     part: Option<PathBuf>,
 }

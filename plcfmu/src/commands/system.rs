@@ -112,7 +112,7 @@ impl Arguments {
             let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
             if extension.is_some_and(|extension| extension == "toml") || file == Source::STANDARD_INPUT {
                 if has_description {
-                    bail!("{file} is a second description: name only one description, and any FMUs to add to it");
+                    bail!("{file} is a second description: specify only one description, and any FMUs to add to it");
                 }
                 has_description = true;
                 let members = std::mem::take(&mut system.members);

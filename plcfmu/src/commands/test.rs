@@ -54,13 +54,13 @@ pub fn run(options: &Options) -> Result<()> {
     let path = &options.file;
     ensure!(
         !program::is_source(path),
-        "{} is a program: name its test file, a .toml; 'plcfmu new --scl NAME' creates a program with a test",
+        "{} is a program: specify its test file, a .toml; 'plcfmu new --scl NAME' creates a program with a test",
         path.display()
     );
     let files = if path.is_dir() { program::test_files(path)? } else { vec![path.clone()] };
     ensure!(
         files.len() == 1 || options.coverage.is_none(),
-        "{} has {} test files: name one of them for --coverage",
+        "{} has {} test files: choose one of them for --coverage",
         path.display(),
         files.len()
     );

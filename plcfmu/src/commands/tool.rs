@@ -47,7 +47,7 @@ pub struct Options {
     /// The port on 127.0.0.1; by default, any free port
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     port: u16,
-    /// Only print the address
+    /// Print the address without opening a browser
     #[arg(long)]
     no_browser: bool,
     /// Time limit for each call of a foreign FMU, in seconds
@@ -146,7 +146,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     }
     ensure!(
         fmus.iter().any(|known| !known.is_foreign()),
-        "no block FMUs{}: name their folder with --fmus, or set {FMUS} to it",
+        "no FMU of a block{}: specify the folder of the FMUs with --fmus, or set {FMUS} to it",
         folder.map_or_else(String::new, |folder| format!(" in {}", folder.display()))
     );
     let collection = Collection::new(fmus, starter);

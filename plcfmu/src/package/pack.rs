@@ -106,11 +106,11 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
     let mut given = BTreeMap::new();
     for (folder, path) in &options.libraries {
         if options.platforms.contains(folder) || given.insert(*folder, path.clone()).is_some() {
-            bail!("{folder} is requested twice: build it with --platform, or name its library once with --library");
+            bail!("{folder} is requested twice: build it with --platform, or specify its library once with --library");
         }
     }
     if !given.is_empty() && crates != 1 {
-        bail!("--library applies to one FMU, but {crates} would be packed: name one, such as 'PUMP'");
+        bail!("--library applies to one FMU, but {crates} would be packed: choose one, such as 'PUMP'");
     }
     let mut folders = options.platforms.clone();
     if folders.is_empty() && !given.contains_key(host.folder) {
@@ -504,12 +504,12 @@ mod tests {
             planned(platforms, libraries, crates).unwrap_err().to_string()
         };
         let twice =
-            format!("{host} is requested twice: build it with --platform, or name its library once with --library");
+            format!("{host} is requested twice: build it with --platform, or specify its library once with --library");
         assert_eq!(refusal(&[host], &[&given], 1), twice);
         assert_eq!(refusal(&[], &[&given, &given], 1), twice);
         assert_eq!(
             refusal(&[], &[&given], 2),
-            "--library applies to one FMU, but 2 would be packed: name one, such as 'PUMP'"
+            "--library applies to one FMU, but 2 would be packed: choose one, such as 'PUMP'"
         );
         assert_eq!(refusal(&[], &["pump.so"], 1), "write PLATFORM=FILE, such as win64=pump.dll");
         assert!(refusal(&[], &["win128=pump.so"], 1).starts_with("available: linux64, "));

@@ -141,7 +141,7 @@ impl Options {
         ];
         match given.iter().find(|(_, is_given)| *is_given) {
             Some((option, _)) => {
-                bail!("--{option} is for programs in SCL: name the program's sources, such as machine.scl")
+                bail!("--{option} is for programs in SCL: specify the program's sources, such as machine.scl")
             }
             None => Ok(()),
         }

@@ -103,7 +103,7 @@ fn collect(folder: &Path, depth: usize, endings: &[&str], found: &mut Vec<PathBu
     let unreadable = || format!("{} cannot be read", folder.display());
     for (number, entry) in fs::read_dir(folder).with_context(unreadable)?.enumerate() {
         if number + found.len() > MOST {
-            bail!("{} has more than {MOST} files: name the program folder", folder.display());
+            bail!("{} has more than {MOST} files: specify the folder of the program alone", folder.display());
         }
         let entry = entry.with_context(unreadable)?;
         let kind = entry.file_type().with_context(unreadable)?;

@@ -193,7 +193,7 @@ impl Trial {
             Some((offset, Type::Text { capacity: most, wide: is_wide })) => {
                 Ok(Slot::Text(TextPlace { offset, ty: TextType { most, is_wide } }))
             }
-            Some(_) => bail!("{name} is neither a number nor a string: name its members or elements"),
+            Some(_) => bail!("{name} is neither a number nor a string: specify one of its members or elements"),
             None => bail!("the program has no variable {name}"),
         }
     }
