@@ -226,7 +226,7 @@ def test_an_fmu_that_can_run_only_once_in_a_process_is_refused_twice(run, tmp_pa
         ({"set": {"CONT_C.CYCLE": "2@5"}}, "CONT_C.CYCLE cannot be set at 5.0 s: it is a fixed parameter"),
         ({"record": "HEATER.X"}, "HEATER has no variable X"),
         ({"step": 0}, "the communication step is 0.0 s: it must be positive and finite"),
-        ({"plot": "result.gif"}, "result.gif is neither .png nor .svg, the formats of a plot"),
+        ({"plot": "result.gif"}, "result.gif: the file name of a plot must end in .png or .svg"),
         ({"out": "no/such/folder/result.csv"}, "no/such/folder is not a folder"),
     ],
 )

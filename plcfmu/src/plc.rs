@@ -127,7 +127,7 @@ fn connect(address: &Address) -> Result<TcpStream> {
             anyhow!("{host} refuses connections to port {port}: it is not an S7 PLC, or a firewall blocks the port")
         }
         ErrorKind::TimedOut => anyhow!(
-            "{host} does not answer within {} s: check the address, the cable, and that port {port} passes the firewalls",
+            "{host} did not answer within {} s: check the address, the cable, and that the firewalls allow port {port}",
             PATIENCE.as_secs()
         ),
         _ => anyhow!("{host} cannot be reached ({error}): check the address and the network"),

@@ -49,7 +49,7 @@ def fmu_folder(folder: Optional[Path] = None) -> pathlib.Path:
     if root is not None:
         return root / "target" / "fmu"
     raise FmuNotFoundError(
-        f"no FMUs were installed with plcfmu: name their folder, or set {VARIABLE} to it; "
+        f"no FMUs were installed with plcfmu: specify their folder, or set {VARIABLE} to it; "
         "`cargo xtask fmu` in the plcfmu repository builds them"
     )
 

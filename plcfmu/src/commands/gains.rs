@@ -69,8 +69,8 @@ pub struct Options {
     to: Form,
     /// CYCLE of the block in seconds
     ///
-    /// The block raises TI to at least CYCLE / 2, TD to CYCLE and TM_LAG to CYCLE / 2; remarks state which it raised. If
-    /// --to selects another form, the numbers are the block's effective values, including rounding.
+    /// The block raises TI to at least CYCLE / 2, TD to CYCLE and TM_LAG to CYCLE / 2; remarks state which it raised.
+    /// If --to selects another form, the numbers are the block's effective values, including rounding.
     #[arg(long, value_name = "SECONDS")]
     cycle: Option<f64>,
     /// Print a JSON object; remarks go to standard error

@@ -135,7 +135,7 @@ pub fn run(options: &Options) -> Result<()> {
         sources.iter().map(PathBuf::as_path).chain(arguments.files.iter().map(|file| Path::new(file.as_str())));
     let folder = options.out.as_deref().filter(|out| out.is_file() && !is_file(out));
     temporary::check_outputs(folder.into_iter().chain(made.iter().map(|made| made.path.as_path())), inputs)?;
-    ensure!(folder.is_none(), "--out specifies a file that is not an FMU: specify FILE.fmu, or a folder");
+    ensure!(folder.is_none(), "--out is an existing file, but not an FMU: specify FILE.fmu, or a folder");
     start(&made)?;
     let pending = made.iter().map(|Made { preset, path, .. }| write(preset, path)).collect::<Result<Vec<_>>>()?;
     for preset in pending {

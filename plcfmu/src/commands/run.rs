@@ -414,6 +414,6 @@ fn is_svg(file: &Path) -> Result<bool> {
     match file.extension().and_then(|extension| extension.to_str()) {
         Some("svg") => Ok(true),
         Some("png") => Ok(false),
-        _ => bail!("{} is neither .png nor .svg, the formats of a plot", file.display()),
+        _ => bail!("{}: the file name of a plot must end in .png or .svg", file.display()),
     }
 }

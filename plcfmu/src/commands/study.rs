@@ -124,7 +124,7 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(folder) = &options.bundle {
         bundle::write(folder, &reading, count, pool.renews())?;
         let file = folder.join("study.json");
-        return print(&format!("{}: a bundle of {count} runs; plcfmu study runs it\n", file.display()));
+        return print(&format!("{}: a bundle for {count} runs; run it with 'plcfmu study'\n", file.display()));
     }
 
     let mut parts = Parts::open(&out, &fingerprint, options.resume)?;
@@ -191,7 +191,7 @@ fn start(options: &Options, reading: &study::read::Reading) -> Result<Pool> {
     let pool_options = pool::Options { renews, ..options.workers.pool()? };
     let pool = Pool::start(&reading.job, &pool_options);
     if pool_options.interrupted.load(Ordering::Relaxed) {
-        bail!(Interrupted("no run was made".into()));
+        bail!(Interrupted("no run was started".into()));
     }
     pool.map_err(|error| reading.located(error, &options.study))
 }
@@ -430,7 +430,7 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     // Only replace the table of an older study, not just any file with this name.
     let has_older = out.join("summary.json").is_file();
     if let Err(error) = study::clear(&out.join("pictures"), report::is_picture) {
-        tell::warning(&format!("older pictures remain: {error:#}"));
+        tell::warning(&format!("older pictures could not be removed: {error:#}"));
     }
     for problem in report::write(out, report)? {
         tell::warning(&problem);

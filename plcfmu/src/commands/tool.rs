@@ -153,7 +153,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     for path in presets {
         let shown = || path.display().to_string();
         let file = collection.preset(path).with_context(shown)?;
-        start.files.push(file.with_context(|| format!("{}: no FMU for its block", path.display()))?);
+        start.files.push(file.with_context(|| format!("{}: no FMU for its block: specify it too", path.display()))?);
     }
     Ok(Opened { collection, start })
 }
@@ -185,7 +185,10 @@ fn add_folder(fmus: &mut Vec<Known>, folder: &Path, starter: Option<&Starter>) -
             .and_then(|is_preset| if is_preset { Ok(None) } else { Known::open(&path, starter).map(Some) })
         {
             Ok(Some(known)) if known.is_foreign() => {
-                tell::remark(&format!("{} is a foreign FMU: name it on the command line to use it", path.display()));
+                tell::remark(&format!(
+                    "{} is a foreign FMU: to use it, specify its file on the command line",
+                    path.display()
+                ));
             }
             Ok(known) => fmus.extend(known),
             Err(error) => tell::warning(&format!("{}: {error:#}", path.display())),

@@ -172,7 +172,7 @@ fn check_library<R: Read + Seek>(
         Ok(Some(start)) => {
             let library = shortened(&start.library);
             bail!(
-                "it does not contain the GUID {library:?}, for which {path} was made: the two are from different builds"
+                "it does not contain the GUID {library:?}, for which {path} was made: they are from different builds"
             );
         }
         Ok(None) => {

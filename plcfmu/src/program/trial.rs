@@ -171,7 +171,7 @@ impl Trial {
     /// The program has no block to run, or several.
     pub fn new(compiled: Compiled) -> Result<Trial> {
         let root = compiled.root.context(
-            "no block to run: several blocks are not called by any other; choose a function block: fb = \"NAME\"",
+            "no block to run: several blocks are not called by any other; choose a function block with fb = \"NAME\"",
         )?;
         let code = Code::compile(&compiled.program).map_err(|error| anyhow!(error))?;
         let mut machine = Machine::new(Arc::new(code));
@@ -324,7 +324,7 @@ impl Slot {
 
 /// A value of a test case, converted to the type of its variable.
 fn value(name: &str, given: &toml::Value, of: Scalar) -> Result<Value> {
-    let wrong = || anyhow!("{given} is not a valid value for {name}, which is {of}");
+    let wrong = || anyhow!("{given} is not a valid value for {name}, whose type is {of}");
     let number = |number: f64| match of {
         Scalar::F32 => Some(Value::from(number as f32)),
         Scalar::F64 => Some(Value::from(number)),

@@ -47,7 +47,11 @@ impl Folder {
     }
 
     fn ensure_within(&self, beside: &Path, text: &str) -> Result<()> {
-        ensure!(!parameter_file::is_plc(text), "{text} is the address of a PLC: specify a file in {}", self.0.display());
+        ensure!(
+            !parameter_file::is_plc(text),
+            "{text} is the address of a PLC: specify a file in {}",
+            self.0.display()
+        );
         for path in paths(text) {
             let is_inside = self.leads_inside(&self.0.join(beside).join(path));
             ensure!(is_inside, "{path} is outside {}, where plcfmu was started", self.0.display());
