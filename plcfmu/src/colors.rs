@@ -8,7 +8,7 @@ use modeldescription::Table;
 /// The colours of the variables in a block's charts.
 ///
 /// # Errors
-/// The block's dialog does not fit its table.
+/// The dialog in the block's documentation does not match its table.
 pub fn assign(table: &Table) -> Result<Colors> {
     colors(table, known)
 }

@@ -1,7 +1,7 @@
 //! Builds, checks, describes and runs FMUs: the library of the command `plcfmu`.
 //!
-//! The feature `s7`, on by default, reads data blocks of a PLC over the network; `server`, also on by default, is the
-//! parameter tool's local server.
+//! Three features are on by default: `mcp` serves agents and editors, `s7` reads data blocks of a PLC over the network,
+//! and `server` is the parameter tool's local server.
 
 pub mod build;
 pub mod colors;

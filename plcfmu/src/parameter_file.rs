@@ -86,7 +86,7 @@ pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
 /// The format of a file, by its extension. Standard input needs an explicit format.
 ///
 /// # Errors
-/// No format has this extension.
+/// No format has this extension, or the file is standard input.
 pub fn format_of(name: &str) -> Result<Format> {
     ensure!(name != Source::STANDARD_INPUT, "standard input has no extension: specify its format with --format");
     Format::of_file(name).with_context(|| {

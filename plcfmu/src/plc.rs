@@ -169,7 +169,7 @@ impl Write for Patient {
 /// Connects to the CPU and reads `length` bytes of the data block, from byte `start`.
 fn read(stream: &mut (impl Read + Write), address: &Address, start: usize, length: usize) -> Result<Vec<u8>> {
     let answer = exchange(stream, &connection_request(address)).context(wrong_place(address))?;
-    // Connection confirm.
+    // The answer must be a connection confirm.
     ensure!(answer.first().is_some_and(|code| code & 0xF0 == 0xD0), "{}", wrong_place(address));
 
     let answer = exchange(stream, &SETUP)

@@ -68,7 +68,7 @@ fn dispatch(command: Command) -> Result<()> {
     let workspace = Workspace::find()?;
     match command {
         Command::Fmu(options) => {
-            // First check what can fail immediately.
+            // First, so that a wrong name is reported before the Python environment is created.
             pack::select(&workspace, &options)?;
             if !options.native && Platform::host(&workspace.root)?.is_linux() {
                 Environment::ready(&workspace)?;

@@ -141,7 +141,7 @@ fn find() -> Result<Python> {
     choose(candidates.into_iter().filter_map(describe).collect(), chosen.as_deref())
 }
 
-/// The first Python that is new enough.
+/// The first Python in `found` that is new enough. `chosen` is the value of PYTHON, for the error.
 fn choose(found: Vec<Python>, chosen: Option<&str>) -> Result<Python> {
     let old: String = found.iter().map(|python| format!(" (but {})", python.description)).collect();
     found.into_iter().find(|python| python.version >= OLDEST).with_context(|| {

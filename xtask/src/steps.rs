@@ -10,12 +10,12 @@ pub(crate) struct Steps {
 }
 
 impl Steps {
-    /// Announces this many steps.
+    /// A counter for a command with `count` steps.
     pub(crate) fn new(count: usize) -> Steps {
         Steps { begun: 0, count }
     }
 
-    /// Starts the next step.
+    /// Starts the next step and prints its heading.
     pub(crate) fn begin(&mut self, step: &str) {
         self.begun += 1;
         heading(&self.title(step));

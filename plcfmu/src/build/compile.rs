@@ -20,14 +20,14 @@ use std::thread;
 /// The newest glibc that a portable library may need, available on every Linux since 2014.
 pub const GLIBC: &str = "2.17";
 
-/// The oldest macOS on which macOS libraries run: the first for Apple's own processors.
+/// The oldest macOS on which macOS libraries run: the first version that supports Apple's own processors.
 const MACOS: &str = "11.0";
 
 /// How libraries are linked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Linkage {
-    /// By zig: for Linux against glibc [`GLIBC`], so that they run on other Linux systems too; for macOS, from any
-    /// system.
+    /// By zig: for Linux, against glibc [`GLIBC`], so that they also run on other Linux systems; for macOS, on a build
+    /// machine with any system.
     Portable(Zig),
     /// By the linker that rustc calls: for this machine, against its C library; for Windows from another system, mingw.
     Native,

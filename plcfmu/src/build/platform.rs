@@ -73,17 +73,17 @@ impl Platform {
         platforms
     }
 
-    /// Whether it is Linux, where the version of the C library (glibc) differs between systems.
+    /// Whether the operating system is Linux, where the version of the C library (glibc) differs between machines.
     pub fn is_linux(&self) -> bool {
         self.target.contains("-linux-")
     }
 
-    /// Whether it is Windows.
+    /// Whether the operating system is Windows.
     pub fn is_windows(&self) -> bool {
         self.target.contains("-windows-")
     }
 
-    /// Whether it is macOS.
+    /// Whether the operating system is macOS.
     pub fn is_macos(&self) -> bool {
         self.target.ends_with("-apple-darwin")
     }
@@ -101,7 +101,7 @@ impl Platform {
 /// FMI's name of a platform, from the user's name for it.
 ///
 /// # Errors
-/// No such platform.
+/// No platform has this name; the error lists the available names.
 pub fn folder(name: &str) -> Result<&'static str> {
     let name = if name == ALIAS.0 { ALIAS.1 } else { name };
     let found = PLATFORMS.iter().find(|platform| platform.folder == name).map(|platform| platform.folder);
@@ -137,7 +137,7 @@ pub fn newer(folder: &str) -> Vec<&'static str> {
     folders
 }
 
-/// FMI's names of the platforms.
+/// The FMI folder names of all platforms, without duplicates.
 pub fn folders() -> Vec<&'static str> {
     let mut folders: Vec<_> = PLATFORMS.iter().map(|platform| platform.folder).collect();
     folders.dedup();

@@ -33,8 +33,8 @@ struct Offer {
 }
 
 impl Zig {
-    /// Searches the Python environment `venv` below `target`, an active environment, PATH, and the environment of the
-    /// `python3` on PATH, in this order. The two programs may be in different places.
+    /// Searches the Python environment `venv` below `target`, the active Python environment, PATH, and the environment
+    /// of the `python3` on PATH, in this order. The two programs may be in different places.
     pub fn find(workspace: &Workspace) -> Option<Zig> {
         let own = Some(workspace.target.join("venv").join(VENV_PYTHON)).filter(|python| python.is_file());
         let active = env::var_os("VIRTUAL_ENV").map(|folder| PathBuf::from(folder).join(VENV_PYTHON));

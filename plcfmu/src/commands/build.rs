@@ -12,7 +12,7 @@ use host::package::Package;
 use host::package::binary::{Binary, version};
 use std::path::{Path, PathBuf};
 
-/// The FMUs to build.
+/// What to build, and how.
 #[derive(clap::Args, Debug)]
 #[group(skip)] // clap names a group after its type, and the type of the flattened options has the same name
 pub struct Options {

@@ -162,21 +162,21 @@ fn findings(problems: &[Problems]) -> Vec<Value> {
     problems.iter().flat_map(|of| of.problems.iter().map(move |problem| finding(&of.file, problem))).collect()
 }
 
-/// The result as printed by `--json`.
+/// The findings on an FMU, as printed by `--json`.
 #[derive(Debug, Default, Serialize)]
 struct Verdict {
     file: String,
     /// A one-line summary: name, FMI version, kind, number of variables and GUID.
     what: Option<String>,
-    /// Violations of the standard and obstacles to an importer.
+    /// Problems that keep importers from using the FMU.
     errors: Vec<String>,
     /// Violations of the standard that importers tolerate.
     departures: Vec<String>,
-    /// Features that are allowed but may surprise.
+    /// Permitted features that may surprise the user.
     remarks: Vec<String>,
     /// The FMU's libraries, one string each.
     libraries: Vec<String>,
-    /// The result of its run, or why it was not run.
+    /// The result of the trial run, or why there was none.
     run: Option<String>,
     /// Why the FMU could not be tried: a fault of this machine.
     untried: Option<String>,
@@ -237,7 +237,7 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     verdict
 }
 
-/// A one-line summary of an FMU, whatever its strings contain.
+/// A one-line summary of an FMU, with its strings quoted and shortened.
 fn headline(description: &Description) -> String {
     format!(
         "{:?}: FMI {} for {}, {} variables, GUID {:?}",

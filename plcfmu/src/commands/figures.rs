@@ -14,11 +14,11 @@ pub struct Options {}
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Recorded {
-    /// In seconds.
+    /// The time of each row, in seconds.
     times: Vec<f64>,
     setpoint: Vec<Option<f64>>,
     process_value: Vec<Option<f64>>,
-    /// Empty if there is none.
+    /// Empty if the manipulated value was not recorded.
     manipulated_value: Vec<Option<f64>>,
     /// The setpoint before and after the step with which the rows begin.
     step: (f64, f64),

@@ -81,7 +81,7 @@ pub struct Options {
 /// The placeholder for a form's numbers in the help.
 const NUMBERS: &str = "NAME=NUMBER,...";
 
-/// A named number.
+/// A number given on the command line with its name, such as `Kp=2`.
 #[derive(Clone, Debug)]
 struct Given {
     name: String,
@@ -103,7 +103,7 @@ impl FromStr for Given {
     }
 }
 
-/// The forms to convert to, with their formulas in the help.
+/// Parses the form to convert to. The help shows the formula of each form.
 fn forms() -> impl TypedValueParser<Value = Form> {
     let value = |form: &Form| PossibleValue::new(form.name()).help(form.formula());
     let form = |name: String| Form::ALL.iter().copied().find(|form| form.name() == name).unwrap_or(Form::Plc);
@@ -154,7 +154,7 @@ pub fn run(options: &Options) -> Result<()> {
     print(&text)
 }
 
-/// A line of the output.
+/// A line of the output: a name, and its value as text and as JSON.
 struct Line {
     name: &'static str,
     text: String,

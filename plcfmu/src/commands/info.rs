@@ -365,7 +365,7 @@ fn variable_json(variable: &Variable) -> Value {
     let json = |value: Option<f64>| value.map(|value| value_json(variable, value));
     let whole = || variable.exact.iter().copied().map(whole_json);
     let start = || whole().next().or(json(variable.start)).or(variable.start_text.as_ref().map(|text| json!(text)));
-    // An array may have one value for all its elements.
+    // An array may declare a single start value for all its elements.
     let starts = || match variable.exact.is_empty() {
         false => whole().cycle().take(variable.starts.len()).collect(),
         true => variable.starts.iter().map(|value| value_json(variable, *value)).collect(),
@@ -390,7 +390,7 @@ fn variable_json(variable: &Variable) -> Value {
     all
 }
 
-/// The type, with the dimensions of an array.
+/// A variable's type, followed by the dimensions if it is an array, such as `Float64[2,3]`.
 fn type_text(variable: &Variable) -> String {
     let sizes: Vec<String> = variable.dimensions.iter().map(u64::to_string).collect();
     if sizes.is_empty() {

@@ -43,7 +43,7 @@ pub struct Arguments {
     pub encoding: Option<String>,
 }
 
-/// The format with this extension.
+/// The format of files with this extension, given without the dot.
 fn format(extension: &str) -> Result<Format, String> {
     Format::of_file(&format!(".{extension}")).ok_or_else(|| {
         let extensions: Vec<&str> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
@@ -75,7 +75,7 @@ impl Found {
 }
 
 impl Arguments {
-    /// The blocks that files may contain: the known blocks, and those of the named FMUs.
+    /// The blocks that files may contain: the known blocks, and those of the FMUs given with --fmus.
     ///
     /// # Errors
     /// An FMU cannot be read, or its library, which is loaded in a separate process, does not contain a table.

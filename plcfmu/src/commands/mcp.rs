@@ -80,7 +80,7 @@ pub fn run(options: &Options) -> Result<()> {
             () = interruption => bail!(Interrupted("the server has ended".into())),
         }
     });
-    // A thread may still be waiting for standard input.
+    // Does not wait for the thread that may still be reading standard input.
     runtime.shutdown_background();
     done
 }
@@ -158,7 +158,7 @@ impl Server {
     }
 }
 
-/// Reads a pipe to its end.
+/// Reads a pipe to its end. Fails if it delivers more than [`LONGEST`] bytes.
 async fn read(pipe: Option<impl AsyncRead + Unpin>) -> Result<String> {
     let mut bytes = Vec::new();
     let pipe = pipe.context("the process has no output")?;

@@ -24,7 +24,7 @@ pub struct Options {
 /// Merges FMUs.
 ///
 /// # Errors
-/// An FMU is faulty, or two do not match; an existing file is kept.
+/// An FMU is faulty, or two do not match; an existing output file is then kept.
 pub fn run(options: &Options) -> Result<()> {
     let mut packages = Vec::new();
     for file in &options.files {

@@ -51,7 +51,7 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Fails if standard output is closed, which would discard all output.
+/// Fails if standard output is closed: all output would be lost.
 fn ensure_standard_output() -> Result<()> {
     ensure!(!is_closed(), "standard output is closed: redirect it to a file, or to /dev/null");
     Ok(())
@@ -80,7 +80,7 @@ fn ensure_study(file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Prints rows as lines, each column as wide as its widest cell.
+/// Formats rows as lines, each column as wide as its widest cell.
 fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
     // A name may contain characters that a terminal interprets as commands.
     let rows: Vec<[String; N]> = rows.iter().map(|row| row.each_ref().map(|cell| plain(cell))).collect();

@@ -178,7 +178,7 @@ impl Differences {
     }
 }
 
-/// Finds the differences.
+/// Finds the differences between the loops of two files, each given with its name.
 fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<Differences> {
     let mut all = Differences::default();
     let mut pairs = Vec::new();

@@ -196,7 +196,7 @@ fn tell_of(made: &[Made], is_json: bool) -> Result<()> {
     Ok(())
 }
 
-/// Sets variables of a loop.
+/// Applies the values given with --set to a loop.
 fn set(values: &mut Loop, settings: &[(String, f64)]) -> Result<()> {
     for (place, (name, number)) in settings.iter().enumerate() {
         let is_same = |(other, _): &(String, f64)| other.eq_ignore_ascii_case(name);

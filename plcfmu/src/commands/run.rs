@@ -332,7 +332,8 @@ fn summary(plan: &Plan, steps: usize, took: f64) -> String {
     )
 }
 
-/// The figures as text: one line for each step and each disturbance, or for the whole run if there are none.
+/// The figures as lines of text: a heading and the figures of each step and each disturbance, or the figures of the
+/// whole run if there are none. If there are no figures, a line stating why.
 fn figure_lines(figures: &Result<Figures, String>, cycle: f64) -> Vec<String> {
     let figures = match figures {
         Ok(figures) => figures,

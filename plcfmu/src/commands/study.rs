@@ -206,7 +206,7 @@ fn warn(pool: &Pool, remarks: &[String]) {
     }
 }
 
-/// Makes the runs of a part.
+/// Executes the runs of a part, and writes the part.
 fn make_part(pool: &mut Pool, runs: &Range<u64>, part: &Path, fingerprint: &str) -> Result<()> {
     let count = pool.experiment().count();
     ensure!(runs.end <= count, "the study has runs 0 to {}, not {}..{}", count - 1, runs.start, runs.end);
@@ -220,7 +220,7 @@ fn make_part(pool: &mut Pool, runs: &Range<u64>, part: &Path, fingerprint: &str)
     parts::write(part, fingerprint, runs.start, &mut rows)
 }
 
-/// Makes the runs missing from the parts.
+/// Executes the runs that are missing from the parts.
 fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     let experiment = pool.experiment().clone();
     let count = experiment.count();
@@ -230,7 +230,7 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     let mut kept = Kept { collector: Collector::new(parts), missing: &missing, progress: &progress, done: there };
     let made = pool.rows_into(missing.count, &|place| experiment.point(missing.run(place)), &mut kept);
     let Kept { mut collector, done, .. } = kept;
-    // The rows received so far are always kept.
+    // The rows received so far are kept even after an error.
     collector.flush()?;
     drop(progress);
     made?;
@@ -310,7 +310,7 @@ fn finished(
     match finished::rows(out, fingerprint, coordinates, figures, &mut each) {
         Ok(true) => {}
         Ok(false) => return Ok(None),
-        // The parts replace these results.
+        // These results cannot be used, but the parts will replace them.
         Err(_) if !parts.are_empty() => return Ok(None),
         Err(error) => {
             parts.remove()?;
@@ -413,7 +413,7 @@ impl Again<'_> {
         Ok(())
     }
 
-    /// A warning if a figure differs.
+    /// A warning if the figures of a repeated run differ from the table.
     fn warning(&self) -> Option<String> {
         let mut differing = self.runs.iter().filter_map(|(run, difference)| Some((run, difference.as_ref()?)));
         let (run, difference) = differing.next()?;

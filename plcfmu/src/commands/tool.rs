@@ -68,7 +68,7 @@ Examples:
 /// No block's FMU is found, a file cannot be opened, or the port is taken.
 pub fn run(options: &Options) -> Result<()> {
     let limit = Duration::from_secs_f64(options.time_limit);
-    // Held until the end: otherwise, the first signal would end the process immediately.
+    // The flag is held until the end: otherwise, the first signal would end the process immediately.
     let interrupted = interruption::flag();
     let starter = Starter { limit, interrupted: interrupted.clone(), ..Starter::new()? };
     let Opened { collection, start } = open(options, starter)?;
@@ -258,7 +258,7 @@ fn files(path: &Path) -> Result<Vec<File>> {
     Ok(vec![read(path, name)?])
 }
 
-/// A file for the page to read.
+/// Reads a file for the page, which knows it as `name`.
 fn read(path: &Path, name: String) -> Result<File> {
     let read = || -> Result<File> {
         let size = fs::metadata(path)?.len();

@@ -166,7 +166,7 @@ fn check_library<R: Read + Seek>(
     }
     let path = preset::path();
     match preset {
-        // Every library contains the null GUID.
+        // Every library contains the null GUID, so finding it would prove nothing.
         Ok(None) if guid != NO_GUID && contains(&bytes, guid.as_bytes()) => Ok(binary),
         Ok(Some(start)) if contains(&bytes, start.library.as_bytes()) => Ok(binary),
         Ok(Some(start)) => {
@@ -195,7 +195,7 @@ fn is_for(binary: &Binary, folder: &str) -> Result<()> {
     let (system, _) = platform::system(folder).with_context(|| format!("FMI has no platform {folder}"))?;
     let processors = platform::architectures(folder);
     let is_known = |own: &String| processors.contains(&own.as_str());
-    // A universal macOS file is for both processors.
+    // If the folder is for one macOS processor, a universal file, which is for both, also suits it.
     let is_enough = match system {
         "macOS" if processors.len() == 1 => binary.architectures.iter().any(is_known),
         _ => binary.architectures.iter().all(is_known),
@@ -216,7 +216,7 @@ fn is_for(binary: &Binary, folder: &str) -> Result<()> {
 /// If `is_native`, it was linked for this machine's Linux and may need a newer glibc than [`GLIBC`].
 ///
 /// # Errors
-/// The problem or the difference.
+/// The library does not meet one of these requirements; the error states which.
 pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: bool) -> Result<()> {
     let binary = Binary::read(bytes)?;
     is_for(&binary, folder)?;
@@ -240,7 +240,7 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
 /// machine, it is run.
 ///
 /// # Errors
-/// The problem found.
+/// The FMU is faulty; the error describes the problem.
 pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()> {
     let mut package = Package::open(path)?;
     ensure!(package.xml == *xml, "{DESCRIPTION} does not read back as it was written");

@@ -42,7 +42,7 @@ const ADDED: [(&str, &str); 5] = [
     (".whl", "For pip: the command plcfmu, the Python package plcfmu, and all FMUs"),
 ];
 
-/// Instructions for building the sources of an FMU in TwinCAT.
+/// The settings with which TwinCAT builds the sources of an FMU: file name, content and description.
 const TWINCAT: (&str, &str, &str) = (
     "plcfmu.xml",
     include_str!("templates/twincat.xml"),
@@ -141,7 +141,7 @@ fn check_replaceable(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Joins the packages from several machines into a new folder.
+/// Joins the FMUs and program libraries from several machines in a new folder.
 fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
     let newer: Vec<PathBuf> = packed.iter().map(|folder| folder.join(NEWER)).collect();
     if let Some(missing) = newer.iter().find(|folder| !folder.is_dir()) {
@@ -158,7 +158,7 @@ fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Joins the FMUs from several machines.
+/// Joins the FMUs of the same name from several folders, and writes them to the folder `new`.
 fn join_fmus(packed: &[PathBuf], new: &Path) -> Result<()> {
     fs::create_dir_all(new).with_context(|| new.display().to_string())?;
     for name in names_in_all(packed)? {

@@ -39,7 +39,7 @@ pub fn files<R: Read + Seek>(package: &mut Package<R>) -> Result<Files> {
 /// be identical.
 ///
 /// # Errors
-/// The difference, in a sentence.
+/// The FMUs do not match; the error describes the first difference.
 pub fn join(mut first: Files, mut second: Files) -> Result<Files> {
     if first.get(DESCRIPTION) != second.get(DESCRIPTION) {
         let text = |files: &Files| files.get(DESCRIPTION).cloned().unwrap_or_default();
@@ -113,7 +113,7 @@ pub fn only(files: &Files, platform: &str) -> Option<Files> {
     has_library.then_some(kept)
 }
 
-/// FMI's names of the platforms with libraries.
+/// FMI's names of the platforms for which there are libraries among the files.
 pub fn platforms(files: &Files) -> BTreeSet<String> {
     let folders = files.keys().filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'));
     folders.map(|(platform, _)| platform.to_string()).collect()
@@ -176,7 +176,7 @@ fn line_difference(first: &[u8], second: &[u8]) -> String {
 /// Joins FMUs. Each is given with its name, which is only used in messages.
 ///
 /// # Errors
-/// Which FMU differs from the first, and how.
+/// An FMU does not match the first; the error states which one, and the difference.
 pub fn join_all(packages: Vec<(String, Files)>) -> Result<Files> {
     let mut packages = packages.into_iter();
     let (first_name, mut joined) = packages.next().context("no FMU specified")?;

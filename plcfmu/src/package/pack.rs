@@ -52,7 +52,7 @@ pub struct Options {
     #[arg(long)]
     pub native: bool,
     #[command(flatten)]
-    /// The FMI version.
+    /// The FMI version, types and names.
     pub version: Version,
     /// Folder for the FMUs [default: target/fmu, for FMI 3.0 target/fmu3, for programs the current folder]
     #[arg(short, long = "out", value_name = "DIR")]
@@ -244,7 +244,7 @@ fn build(
     Ok((all, of_programs))
 }
 
-/// Reports the glibc version required by FMUs that were linked against this machine's.
+/// Prints a note on the glibc version that the FMUs require because they were linked against this machine's.
 fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
     let mut needed = Vec::new();
     for built in all {
@@ -309,7 +309,7 @@ fn check_names(made: &[(&str, &str)]) -> Result<()> {
     Ok(())
 }
 
-/// The table in a library.
+/// The self-description of a library, which is loaded for this purpose.
 fn interface(library: &Path) -> Result<Interface> {
     let json = Library::open(library)?.interface()?;
     Ok(Interface::parse(&json)?)

@@ -75,7 +75,7 @@ fn settings(description: &Description) -> impl Iterator<Item = usize> {
     description.variables.iter().enumerate().filter(move |(_, of)| is_setting(of)).map(|(place, _)| place)
 }
 
-/// The declared start value of a variable.
+/// The start value that the model description declares for a variable, as text; empty if there is none.
 fn declared(variable: &Variable) -> String {
     let exact = variable.exact.first().map(i128::to_string);
     let number = || Some(variable.kind?.text(variable.start?));

@@ -148,7 +148,7 @@ impl Options {
     }
 }
 
-/// One tag, or the tags in a file.
+/// Parses an argument of `--tag`: a tag, or the path of a tag table.
 fn tags(text: &str) -> Result<Tags, String> {
     let path = Path::new(text);
     if path.is_file() {
@@ -157,7 +157,7 @@ fn tags(text: &str) -> Result<Tags, String> {
     tag(text).map(|tag| Tags { tags: vec![tag], constants: Vec::new() })
 }
 
-/// A name and its block; only the name for an instance declared in a source.
+/// Parses an argument of `--instance` into name and block. The block is empty for an instance that a source declares.
 fn instance(text: &str) -> Result<(String, String), String> {
     if text.contains(':') { declaration(text) } else { Ok((unquoted(text).to_string(), String::new())) }
 }
@@ -213,7 +213,7 @@ impl From<Refused> for Error {
 /// The sources in the manifest are paths.
 ///
 /// # Errors
-/// Why they cannot be packaged as an FMU.
+/// The program cannot be packaged as an FMU; [`Refused`] states why.
 pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
     let Named { manifest, sources, files } = read(manifest)?;
     // In the FMU, all sources are in one folder; messages use the user's names for them.
@@ -284,7 +284,7 @@ fn compile_natively(folder: &Path, file: &str, text: &str, door: &Door, told: &s
 /// FMU contains a library compiled by this machine's C compiler; any other, the library shared by all programs.
 ///
 /// # Errors
-/// All errors in the sources, with file, line and column; the program library is missing.
+/// The sources have errors, all of which are stated with file, line and column; or the program library is missing.
 pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
     version.check()?;
     ensure!(
@@ -373,7 +373,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
 /// The interface of a packed program, derived from its sources; `None` if the FMU is not a program.
 ///
 /// # Errors
-/// They are damaged.
+/// The sources in the FMU are damaged.
 pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Interface>> {
     let path = |file: &str| format!("resources/{file}");
     if package.archive.find(&path(FILE)).is_none() {

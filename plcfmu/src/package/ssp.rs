@@ -110,7 +110,7 @@ struct Resources {
 /// Creates an SSP file from a system, with the given name, without running its FMUs.
 ///
 /// # Errors
-/// A problem with an FMU, name, value or connection, and the remedy.
+/// An FMU, name, value or connection is unsuitable; the error states the remedy.
 pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     let resources = Resources::open(system)?;
     let descriptions: Vec<&Description> = resources.of.iter().map(|of| &resources.files[*of].3).collect();
@@ -131,7 +131,7 @@ pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
                 Causality::Output => "output",
                 _ => return None,
             };
-            // SSP represents enumerations differently.
+            // An enumeration has none of SSP's basic types.
             let type_name = variable.kind.map_or(variable.type_name, |kind| type_name_of(kind, options.version));
             let type_name = (!variable.is_enumeration()).then_some(type_name);
             Some(Connector { name: &variable.name, kind, type_name, unit: variable.unit.as_deref() })
@@ -293,7 +293,7 @@ fn identifiers(names: &[&str]) -> Result<Vec<String>> {
     for place in order {
         let own = &identifiers[place];
         let longer = std::iter::once('_').chain('A'..='Z').map(|last| format!("{own}{last}"));
-        // For two names that have become equal.
+        // Further candidates, for names that have become equal as identifiers.
         let base = own.trim_end_matches('_');
         let numbered = (2..=names.len() + 1).map(|number| format!("{base}x{number}_"));
         let mut candidates = std::iter::once(own.clone()).chain(longer).chain(numbered);

@@ -62,18 +62,17 @@ struct Page<'a> {
 
 /// A section of the documentation.
 struct Section {
-    /// Its anchor.
+    /// The id of its heading, to which the contents link.
     id: String,
     title: String,
-    /// HTML.
+    /// The text as HTML.
     text: String,
 }
 
 /// A response or a characteristic.
 struct Drawing {
-    /// Its title.
     title: String,
-    /// SVG.
+    /// The plot as SVG.
     plot: String,
     has_dashed_lines: bool,
     /// Seconds between two calls, if different from the first response.

@@ -1,4 +1,4 @@
-//! A folder as a program: finds the files below it that belong to the program.
+//! Finds the files of a program, in particular those below a folder.
 
 use super::workbook;
 use ::program::LARGEST;

@@ -72,7 +72,7 @@ struct Step {
 }
 
 impl File {
-    /// Reads a file.
+    /// Reads a test file.
     ///
     /// # Errors
     /// It cannot be read, or is faulty; the message includes file, line and column.

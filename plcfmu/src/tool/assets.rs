@@ -11,17 +11,17 @@ use std::collections::BTreeMap;
 /// The prefix of the ids in a diagram, so that they differ from those of the page.
 pub const PREFIX: &str = "diagram-";
 
-/// Sections of a block's documentation that help before the first use.
+/// The sections of a block's documentation that a user should read before first use.
 const ABOUT: [&str; 3] = ["Purpose", "Quick start", "Limits of use"];
 
 /// The content for an FMU.
 #[derive(Debug, Serialize)]
 struct Asset<'a> {
-    /// SVG.
+    /// The block diagram as SVG.
     diagram: String,
     /// HTML by the name of the variable; variables without help are left out.
     help: BTreeMap<&'a str, String>,
-    /// HTML.
+    /// The sections [`ABOUT`] as HTML.
     about: String,
 }
 

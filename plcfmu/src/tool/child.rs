@@ -61,7 +61,7 @@ pub struct Child {
     process: Process,
     /// Calls that will be sent with the next message.
     queued: Vec<Call>,
-    /// Why the process has ended.
+    /// Why the process has ended; `None` while it runs.
     end: Option<String>,
 }
 

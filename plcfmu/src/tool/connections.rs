@@ -37,7 +37,7 @@ const UNREAD: Duration = Duration::from_secs(30);
 /// How long to wait before accepting again if the system has no resources for another connection.
 const NO_ROOM: Duration = Duration::from_millis(50);
 
-/// Whether a connection has presented the cookie; an extension of each of its requests.
+/// Whether a connection has presented the cookie. Attached to each of its requests as an extension.
 #[derive(Clone, Debug, Default)]
 pub struct Trust(Arc<AtomicBool>);
 

@@ -137,7 +137,7 @@ pub struct Collection {
 }
 
 impl Collection {
-    /// Sorts the FMUs: controllers, plants, others, by name.
+    /// Creates a collection with the FMUs in this order: controllers, plants, others, each sorted by name.
     pub fn new(mut fmus: Vec<Known>, starter: Starter) -> Collection {
         let rank = |part: LoopRole| {
             [LoopRole::Controller, LoopRole::Plant, LoopRole::Other].iter().position(|other| *other == part)
@@ -183,7 +183,7 @@ impl Collection {
 #[derive(Clone, Debug, Serialize)]
 pub struct File {
     file: String,
-    /// Base64
+    /// The content in Base64.
     content: String,
 }
 

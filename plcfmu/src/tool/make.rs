@@ -22,7 +22,7 @@ use std::process::Command;
 /// The file name of the page.
 pub const FILE: &str = "plcfmu-tool.html";
 
-/// The package that becomes WebAssembly.
+/// The package of the engine, which is compiled to WebAssembly.
 const ENGINE: &str = "tool_wasm";
 
 /// The platform of the page, which is not an FMI platform.
@@ -99,7 +99,7 @@ fn cargo(workspace: &Workspace) -> Result<Command> {
 /// # Errors
 /// [`Missing`], before anything is built; the engine cannot be built, or an FMU is damaged.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
-    // Check first for what may be missing.
+    // First, because Rust's standard library for the page may be missing.
     let cargo = cargo(workspace)?;
     if options.fmus.is_none() {
         pack::run(workspace, &pack::Options::default())?;
@@ -125,7 +125,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The engine as WebAssembly.
+/// Builds the engine and returns its WebAssembly.
 fn engine(workspace: &Workspace, mut build: Command) -> Result<Vec<u8>> {
     build.args(["rustc", "--package", ENGINE, "--lib", "--crate-type", "cdylib", "--profile", "page"]);
     build.args(["--target", WEB.target, "--target-dir"]).arg(workspace.target.join("platforms/page"));

@@ -492,7 +492,7 @@ impl Access {
         Ok(Access { base, token, cookie: random()?, secret: random()?, codes })
     }
 
-    /// A URL with a new code.
+    /// An address of the page, with a new one-time code.
     fn address(&self) -> Result<String> {
         let code = random()?;
         let address = format!("{}open?code={code}", self.base);

@@ -35,7 +35,7 @@ impl Folder {
         for path in paths(text).map(Path::new) {
             let files = if path.is_dir() { program::test_files(path).unwrap_or_default() } else { vec![path.into()] };
             for file in files.iter().filter(|file| file.is_file()) {
-                // A file that cannot be read, or is not a description, names nothing.
+                // A file that cannot be read, or is not a description, names no other files.
                 let Ok(source) = Source::read(file, None) else { continue };
                 let content = toml::from_str::<Value>(&source.text).unwrap_or_default();
                 let beside = file.parent().unwrap_or(Path::new(""));

@@ -11,7 +11,7 @@ use std::any::TypeId;
 /// A command offered as a tool.
 pub(super) struct Offer {
     pub name: &'static str,
-    /// The description by which an agent chooses it.
+    /// The description by which an agent chooses the tool.
     pub about: &'static str,
     /// Adds the command's options to a clap command.
     options: fn(Command) -> Command,
@@ -40,7 +40,7 @@ pub(super) const OFFERS: [Offer; 5] = [
         name: "build",
         about: "Builds an FMU from a program, without a compiler; returns the path of the FMU",
         options: build::Options::augment_args,
-        // The cycle restricts it to programs: a crate, whose build scripts would run, is rejected.
+        // Requiring `cycle` restricts the tool to programs: a crate, whose build scripts would run, is rejected.
         needed: &["files", "cycle"],
         is_json: false,
     },

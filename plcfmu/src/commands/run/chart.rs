@@ -51,7 +51,7 @@ pub(super) fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_
         let curve = |(at, color): (&usize, Option<usize>)| {
             let Column { name, is_input, kind, .. } = &plan.columns[*at];
             let color = color.unwrap_or_else(|| {
-                // A colour that no panel uses, while one is left.
+                // A colour that no panel uses yet or, if none is left, one that is free in this panel.
                 let free = |taken: &[usize]| Colors::free(*kind == Type::Boolean, taken);
                 let new = free(&[taken.as_slice(), used.as_slice()].concat());
                 let color = if new < COLOR_COUNT { new } else { free(&taken) };

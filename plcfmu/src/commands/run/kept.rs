@@ -82,20 +82,17 @@ pub(super) struct Of {
     /// The event to which the figures belong.
     #[serde(flatten)]
     pub happened: Happened,
-    /// Its figures.
     pub figures: Vec<Told>,
 }
 
 /// A figure, as printed by `--json`.
 #[derive(Debug, Serialize)]
 pub(super) struct Told {
-    /// Its key.
+    /// The key by which scripts find it, such as `iae`.
     pub key: &'static str,
-    /// Its title.
     pub title: &'static str,
     /// Its value; if missing, `why` states the reason.
     pub value: Option<f64>,
-    /// Its unit.
     pub unit: Option<String>,
     /// Why it has no value.
     pub why: Option<String>,
@@ -194,7 +191,7 @@ impl Kept<'_> {
     /// The times and curves of all columns, if the run is plotted.
     pub(super) fn curves(&self) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
         let trace = self.drawn.as_ref()?;
-        // The last row is the end of the run.
+        // The last row is at the end of the run, even if this is not a multiple of the interval.
         let time = |call: usize| self.plan.time((call * self.every).min(self.rows - 1));
         let columns: Vec<usize> = (0..self.plan.columns.len()).collect();
         let curves = trace.curves(&columns, 0..trace.calls(), POINTS);
@@ -236,7 +233,7 @@ impl Kept<'_> {
             return Err(format!("no figures: the run has more than {MOST_CALLS} steps; use plcfmu study"));
         }
         let travel_unit = self.travel_unit.as_deref();
-        // No call is made at the end.
+        // The last row, at the end of the run, belongs to no call.
         let calls = self.times.len().saturating_sub(1);
         let pulses: Vec<Vec<bool>> = self.pulses.iter().map(|(_, values)| values[..calls].to_vec()).collect();
         let [setpoint, value, output] = self.values.each_ref().map(|values| &values[..calls.min(values.len())]);
@@ -276,7 +273,7 @@ impl Kept<'_> {
 
 impl Rows for Recorder<'_, '_> {
     fn are_wanted(&self) -> bool {
-        // Without outputs, only the signals for the figures are kept.
+        // Without a CSV file and a plot, rows are needed only for the figures.
         self.csv.is_some() || self.kept.drawn.is_some() || self.kept.plan.steps <= MOST_CALLS
     }
 
