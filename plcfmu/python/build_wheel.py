@@ -137,7 +137,7 @@ def archive(wheel: pathlib.Path, target: str) -> pathlib.Path:
             if ".data/scripts/" in name or ".dist-info/licenses/" in name:
                 files[f"{folder}/{pathlib.PurePosixPath(name).name}"] = packed.read(name)
             elif f".data/data/{PROGRAMS}/" in name:
-                # Next to the command.
+                # In the archive, the libraries are in the folder `programs` next to the command.
                 files[f"{folder}/programs/{name.partition(f'{PROGRAMS}/')[2]}"] = packed.read(name)
     buffer = io.BytesIO()
     if "-windows-" in target:

@@ -13,7 +13,7 @@ from .find import Path
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[pathlib.Path]:
-    """Yields the path of a new file next to `path`, to be written, and renames it to `path` at the end.
+    """Yields the path of a temporary file next to `path` for the caller to write, and renames it to `path` at the end.
 
     Thus, `path` is always either the old file or the new one. If the block raises, the old file is kept. Creates the
     folder if needed.

@@ -62,7 +62,7 @@ OPPOSITE_PULSE: dict[str, Any] = {"color": color(6), "linewidth": 0.3}
 SPAN: dict[str, Any] = {"color": "#f6eedb", "linewidth": 0}
 MANUAL: dict[str, Any] = {"color": "#e3ecf5", "linewidth": 0}
 
-# The size in inches, 16:9, and the pixels per inch.
+# The size of a picture in inches (16:9), and the resolution of PNG files in pixels per inch.
 SIZE = (8.0, 4.5)
 DOTS_PER_INCH = 200
 
@@ -134,7 +134,7 @@ def picture(
 
 
 def _end_at_tick(axes: Any) -> None:
-    """Extends the horizontal axis to a tick if a round tick spacing has one less than 1 % beyond the data.
+    """Extends the horizontal axis to a tick if, with a round spacing, one is less than 1 % beyond the data.
 
     For example, an axis ends at 600 s if the last row is at 599 s, since that row is held until 600 s.
     """

@@ -40,7 +40,7 @@ class Slave3(fmi3.FMU3Slave):
         super().setString(references, [value.decode() for value in values])
 
     def doStep(self, t: float, h: float) -> None:
-        """Calls `fmi3DoStep`. A request to end the simulation is an error; so is an early return, never permitted."""
+        """Calls `fmi3DoStep`. A request to end the simulation is an error, as is an early return (never permitted)."""
         _, ends, early, _ = super().doStep(t, h)
         if ends or early:
             raise FMICallException(function="fmi3DoStep", status=ERROR)

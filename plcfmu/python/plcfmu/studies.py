@@ -303,7 +303,7 @@ class _Parts:
                     f"{self.folder} has runs of an earlier call: continue with resume=True, or remove the folder"
                 )
             with path.open("rb") as file:
-                # A line of text, then one of JSON.
+                # The file begins with a line of text and a line of JSON.
                 _, header = file.readline(), file.readline()
             if f'"fingerprint":"{self.fingerprint}"'.encode() not in header:
                 raise StudyError(
@@ -331,7 +331,7 @@ class _Parts:
         )
 
     def gaps(self) -> list[Span]:
-        """The runs without a part."""
+        """The ranges of runs that are not in any part."""
         from .workers import Span
 
         names = (re.fullmatch(r"(\d+)-(\d+)\.part", path.name) for path in self.folder.glob("*.part"))

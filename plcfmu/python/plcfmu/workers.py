@@ -30,7 +30,7 @@ WORK_PER_THREAD = 0.02
 GROWTH = 16
 # How many ranges each thread has at a time: the running one and the next.
 OUTSTANDING = 2
-# How often a range is retried if a worker could not run it. Dask itself counts workers that died.
+# How often a range is retried if a worker could not run it. Dask itself limits retries after a worker has died.
 RETRIES = 2
 # In a long study, a range should take at least this share of the time elapsed so far, to limit the number of parts.
 WORK_SHARE = 0.01
@@ -108,7 +108,7 @@ class Uninterrupted(WorkerPlugin):
 
 
 def folder_of(worker: Worker) -> pathlib.Path:
-    """Where a worker keeps the files of studies."""
+    """The folder in which a worker keeps the files of studies."""
     return pathlib.Path(worker.local_directory) / FOLDER
 
 
@@ -201,7 +201,7 @@ def results(
         register(client, files)
         while True:
             while len(pending) < OUTSTANDING * threads.count() and (span := share.next()) is not None:
-                # A pure function of its key: if its worker dies, Dask assigns it to another.
+                # The result depends only on what the key states: if a worker dies, Dask assigns its task to another.
                 key = f"plcfmu-{task.fingerprint}-{span.first}-{span.end}"
                 future = client.submit(run, task, span, key=key, retries=RETRIES)
                 pending[future] = span
@@ -293,6 +293,6 @@ class Lonely:
 def watch(lonely: Lonely, over: threading.Event) -> None:
     """Checks once a second until `over` is set."""
     while not over.wait(PATIENCE):
-        # The study itself reports a scheduler that does not answer.
+        # Errors are ignored: if the scheduler does not answer, the study itself reports it.
         with contextlib.suppress(Exception):
             lonely.look()
