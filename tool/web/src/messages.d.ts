@@ -19,14 +19,14 @@ text: string, };
 
 /** Open loops, up to the highest frequency that the controller's calls can represent. */
 export type Bode = {
-/** Ascending, in radians per second. */
+/** The frequencies of the points, ascending, in radians per second. */
 frequencies: Array<number>,
-/** In the order of the request. */
+/** The open loops, in the order of the request. */
 loops: Array<OpenLoop>, };
 
 /** The open loops to draw. */
 export type BodeRequest = {
-/** The plant. */
+/** The plant model. */
 model: Model,
 /** The controller with the settings of the first loop. */
 controller: Member,
@@ -46,7 +46,7 @@ export type Catalogue = {
 fmus: Array<Entry>,
 /** Loops that are known to work: examples for connections and settings. */
 loops: Array<KnownLoop>,
-/** The kinds of parameter files that can be written: extensions and titles. */
+/** The formats of parameter files that can be written: extension and title of each. */
 formats: Array<[string, string]>, };
 
 /** The event that begins a part of a run. */
@@ -54,11 +54,11 @@ export type Cause = "start" | "setpoint" | "automatic" | "disturbance";
 
 /** A change to one of the block's settings, or to its calls. */
 export type Change = { "setting": {
-/** The setting. */
+/** The name of the setting. */
 name: string,
 /** Its value in the replay that explains the recording. */
 value: Value,
-/** Its value in the loop. */
+/** Its value in the loop or, if an earlier change applies, after that change. */
 before: Value,
 /** The reason for trying this value; `None` if it was searched for. */
 why: Why | null, } } | { "calls": number } | { "left_out": {
@@ -81,13 +81,13 @@ export type Characteristics = {
 /** One for each characteristic in the table that differs in the swept variable or in the outputs shown. */
 sweeps: Array<Sweep>, };
 
-/** The check of a block's settings. */
+/** The result of checking a block's settings. */
 export type Checked = {
-/** Sentences, each with the settings that it names. */
+/** Remarks, each with the variables concerned. */
 remarks: Array<Remark>,
 /** The settings without effect in combination with the others, by name. */
 unused: Array<string>,
-/** The values as held by the PLC's types, where they differ from the given ones. */
+/** The values as rounded by the PLC types, where they differ from those given. */
 rounded: Values, };
 
 /** A block with code. */
@@ -115,13 +115,13 @@ networks: Array<Network>, };
 
 /** An output, recorded and computed. */
 export type Compared = {
-/** The variable. */
+/** The name of the output. */
 variable: string,
 /** The 0-based index of the first call that differs, with its time in seconds. */
 first: [number, number] | null,
-/** The number of calls that differ. */
+/** The number of calls in which it differs. */
 different: number,
-/** The largest difference. */
+/** The largest difference between a recorded and a computed value. */
 largest: number,
 /** The largest deviation that counts as equal. */
 allowed: number,
@@ -132,9 +132,9 @@ allowed: number,
 noise: number,
 /** The times of the curves to draw, in seconds. */
 times: Array<number>,
-/** The recorded values. */
+/** The recorded values at these times. */
 recorded: Array<number>,
-/** The values computed by the block. */
+/** The values computed by the block at these times. */
 computed: Array<number>, };
 
 /** The result of a translation. */
@@ -143,39 +143,42 @@ export type Compiled = {
 fmu: string | null,
 /** The block to run. */
 block: string,
-/** Errors, and warnings for the author, in the order of the sources. */
+/** Errors if it was rejected, otherwise warnings, in the order of the sources. */
 problems: Array<Finding>,
 /** The blocks to choose from, if the block to run is ambiguous. */
 candidates: Array<string>,
 /** The time between two calls in seconds. */
 cycle: number,
-/** The origin of the cycle. */
+/** The origin of the cycle, if it was proposed from the sources; else empty. */
 cycle_from: string,
 /** The texts of the sources. */
 sources: Array<SourceText>,
 /** The blocks with code, in the order of the sources. */
 blocks: Array<CodeBlock>,
-/** The declarations of data blocks and tags: the name, the index of the source, and the line. */
+/** The declarations of data blocks and tags: name, 0-based index of the source, and line. */
 declared: Array<[string, number, number]>,
-/** The instances of blocks; first the program itself, whose path is empty. */
+/** The instances of blocks. The first is the program itself, whose path is empty. */
 parts: Array<Instance>,
-/** A summary of the project's files and of missing parts: rows of a table. Empty for a single source. */
+/**
+ * A table that summarizes the project's files and missing parts: name and text of each row. Empty for a single
+ * source.
+ */
 survey: Array<[string, string]>,
-/** Possible assumptions about undeclared names; without them, the program is rejected. */
+/** If the program was rejected: assumptions about undeclared names under which it might be accepted. */
 assumptions: Array<Assumption>, };
 
 /** The conclusion from a recording about a block. */
 export type Conclusion = "equal" | "rounded" | "differs" | "cause" | "likely_cause" | "ambiguous" | "coarse" | "unexplained";
 
 /**
- * Curves: each row is a call. If they are not exact, each pair of rows represents a group of calls, at the times of
- * its first and its last one, with the lowest and the highest value of each variable in the group, in the order in
- * which they occur.
+ * Curves. If they are exact, each row is a call. Otherwise, each pair of rows represents a group of calls: their times
+ * are those of its first and its last call; their values are the lowest and the highest value of each variable in the
+ * group, in the order in which they occur.
  */
 export type Curves = {
 /** The times in seconds. */
 times: Array<number>,
-/** The values of each variable at these times; `null` stands for NaN; true is 1. */
+/** The values of each variable at these times; NaN is `null`, true is 1. */
 values: (number | null)[][],
 /** Their units. */
 units: Array<string | null>,
@@ -207,21 +210,24 @@ to?: number | null, } };
 export type Decision = {
 /** The value; `None` if it was not calculated in this call. */
 truth: boolean | null,
-/** The role of each operand in the decision: `decided`, `shared` (one reason of several), `idle`. */
+/**
+ * The role of each operand in the decision: `decided`, `shared` (did not decide alone), `idle` (made no
+ * difference).
+ */
 parts: ("decided" | "shared" | "idle")[],
-/** The values of the operands when they were calculated; `None` for one that is not a Boolean. */
+/** The values of the operands when the decision was calculated; `None` for an operand that is not a Boolean. */
 values: Array<boolean | null>,
-/** The numbers of the deciding truth values, as for wires. */
+/** The numbers of the deciding truth values, as in `Monitored::wires`. */
 wires: Array<number>, };
 
 /** The decisions that led to an assignment. */
 export type Decisions = {
-/** On the value; `None` if it is not a truth value. */
+/** The decision on the assigned value; `None` if it is not a truth value. */
 value: Decision | null,
-/** On the conditions under which it runs, in order. */
+/** The decisions on the conditions under which the assignment is executed, in order. */
 guards: Array<Decision | null>, };
 
-/** An FMU as displayed by a dialog. */
+/** An FMU as needed by its dialog. */
 export type Description = {
 /** Its name in the catalogue. */
 name: string,
@@ -229,9 +235,9 @@ name: string,
 block: string,
 /** A summary in one sentence. */
 summary: string,
-/** The other names by which a PLC project may call the block. */
+/** Other names of the block in PLC projects. */
 aliases: Array<string>,
-/** Its role in a loop. */
+/** Its role in a loop, such as controller or plant. */
 part: LoopRole,
 /** The variable that holds the time between two calls; `None` for a foreign FMU. */
 cycle: string | null,
@@ -266,12 +272,12 @@ export type Entry = {
 name: string,
 /** A summary in one sentence. */
 summary: string,
-/** Its role in a loop. */
+/** Its role in a loop, such as controller or plant. */
 part: LoopRole,
 /** Whether it is a foreign FMU: third-party native code. */
 is_foreign: boolean, };
 
-/** A value that was set while the loop ran. */
+/** A variable that was set while the loop ran. */
 export type Event = {
 /** The 0-based index of the call before which it was set. */
 call: number,
@@ -298,22 +304,22 @@ export type Exchange = "sequential" | "parallel";
 
 /** The file to export. */
 export type Export = { "what": "parameters",
-/** `awl`, `scl`, `db`, `xml`, `json`, `ssv`: the extension of the file. */
+/** The extension of the file: `awl`, `scl`, `db`, `xml`, `json`, `ssv`. */
 format: string,
 /** The loops with their values. */
 loops: Array<Loop>,
-/** The origin of the values, for a comment. */
+/** The origin of the values, for a comment in the file. */
 origin: string,
 /**
- * Whether the file contains the current stimuli: setpoint, manual value and the like. By default they have the
- * value of their original file, or the block's start value.
+ * Whether the file contains the current stimuli (setpoint, manual value and the like). Otherwise, stimuli have
+ * the values of the file from which the loop was read, or are left out.
  */
 stimuli: boolean, } | { "what": "source",
 /** The file as opened. */
 file: ReadFile,
 /** The loops of the file with changed values. */
 loops: Array<Loop>,
-/** Whether the file contains the current stimuli, as for a new parameter file. */
+/** Whether the file contains the current stimuli; otherwise, they keep the values of the file. */
 stimuli: boolean, } | { "what": "description",
 /** The run; by default the current one. */
 run?: number | null, } | { "what": "csv",
@@ -328,7 +334,7 @@ variables: Array<string>,
 inputs: boolean, } | { "what": "report",
 /** The loop with its values. */
 of: Loop,
-/** The previous values, for comparison; may be empty. */
+/** The loop's previous values, for comparison; may be empty. */
 before: Array<LoopValue>,
 /** The run; by default the current one. */
 run?: number | null,
@@ -336,9 +342,9 @@ run?: number | null,
 picture?: string | null,
 /** The date of the report, as displayed. */
 date?: string | null,
-/** The origin of the settings. */
+/** How the settings were computed, if a rule was applied. */
 tuning?: Tuning | null,
-/** The compared runs of the same step, the earliest first. */
+/** The runs to compare, all with the same step, the earliest first. */
 runs: Array<ReportedRun>,
 /** The replays of a recording, in order. */
 replays: Array<ReportedReplay>,
@@ -383,7 +389,7 @@ value: number | null,
 /** Its unit. */
 unit: string | null, };
 
-/** The figures of a run that its signals permit. */
+/** The figures that can be computed from a run's signals. */
 export type Figures = {
 /** The beginning of their window, in seconds. */
 from: number,
@@ -391,11 +397,11 @@ from: number,
 to: number,
 /** The step to which they belong: two runs with the same step over the same time can be compared. */
 step: Happened | null,
-/** The disturbance to which the figures of a disturbance belong. */
+/** The disturbance to which the disturbance figures belong. */
 disturbance: Happened | null,
 /** The figures, in display order. */
 figures: Array<Figure>,
-/** The missing figures, and the reasons. */
+/** Which figures are missing, and why. */
 remarks: Array<string>, };
 
 /** A run, and the part of it to evaluate. */
@@ -404,7 +410,10 @@ export type FiguresRequest = {
 run?: number | null,
 /** The beginning in seconds; by default that of the last step. */
 from?: number | null,
-/** The end in seconds; if neither end nor beginning is given, that of the last step's window. */
+/**
+ * The end in seconds; by default that of the last step's window if no beginning is given either, else the last
+ * call.
+ */
 to?: number | null,
 /** The unit of the process value, if its variable has none. */
 unit?: string | null,
@@ -413,11 +422,11 @@ travel_unit?: string | null, };
 
 /** A message about a place in a source. */
 export type Finding = {
-/** The source's name; empty if it concerns all of them. */
+/** The source's name; empty if the message concerns all sources. */
 file: string,
-/** The 1-based line and column. */
+/** The 1-based line and column, if the message concerns a place in the source. */
 place: [number, number] | null,
-/** The number of characters concerned, in its first line. */
+/** The number of characters concerned in that line. */
 length: number,
 /** The problem. */
 message: string,
@@ -451,9 +460,9 @@ title: string,
 /** Its settings, in order. */
 fields: Array<Field>, };
 
-/** A condition. */
+/** A condition under which statements run. */
 export type Guard = {
-/** The kind of statement it belongs to. */
+/** The kind of statement that the condition belongs to. */
 of: "if" | "case" | "while" | "until",
 /** Its 1-based line number. */
 line: number,
@@ -464,21 +473,21 @@ is_negated: boolean,
 /** The variables it names. */
 reads: Array<Named>, };
 
-/** The event that a window belongs to. */
+/** The event that begins a window. */
 export type Happened = {
 /** Its cause. */
 cause: Cause,
-/** The process value when it began. */
+/** The process value in its first call. */
 from: number,
-/** The setpoint at its end. */
+/** The setpoint in its last call. */
 to: number,
-/** Its time, in seconds. */
+/** When it began, in seconds. */
 start: number,
 /** The length of its window, in seconds. */
 duration: number,
 /**
- * Half the width of the band around the setpoint in which the process value counts as settled or recovered, in
- * its unit; absent after a disturbance with no step before it.
+ * Half the width of the band around the setpoint in which the process value counts as settled or recovered, in the
+ * unit of the process value; absent for a disturbance with no step before it.
  */
 band: number | null,
 /** The variables that disturbed the loop, each with its last value. */
@@ -486,15 +495,15 @@ by: Array<Set>, };
 
 /** A model and the quality of its fit. */
 export type Identified = {
-/** The model. */
+/** The identified model. */
 model: Model,
 /** The quality of the fit: 100 (1 - NRMSE) in percent. */
 fit: number,
 /** The times of a chart of the measured and the modelled response, in seconds. */
 times: Array<number>,
-/** The measured process value. */
+/** The measured process value at these times. */
 measured: Array<number>,
-/** The model's process value. */
+/** The model's process value at these times. */
 modelled: Array<number>,
 /** Remarks for the user, one sentence each. */
 remarks: Array<string>, };
@@ -503,7 +512,7 @@ remarks: Array<string>, };
 export type IdentifyRequest = {
 /** The recorded step. */
 data: Data,
-/** The method. */
+/** The identification method. */
 method: Method,
 /** Whether the plant is integrating. */
 is_integrating: boolean, };
@@ -519,7 +528,7 @@ sources: Array<From>, };
 
 /** An instance of a block. */
 export type Instance = {
-/** Its path as named in the FMU, such as `motors[1]`; empty for the program itself. */
+/** Its path in the FMU's variable names, such as `motors[1]`; empty for the program itself. */
 path: string,
 /** Its block. */
 block: string,
@@ -532,11 +541,11 @@ export type KnownLoop = {
 name: string,
 /** Its title. */
 title: string,
-/** Its special feature, or empty. */
+/** What is special about it, in a sentence; may be empty. */
 about: string,
 /** Its members and connections. */
 setup: Setup,
-/** The length of its run in the description, in seconds. */
+/** The duration of the run in its description, in seconds. */
 stop: number | null,
 /** The settings made during the run: the time in seconds, `MEMBER.VARIABLE`, and the value. */
 events: Array<[number, string, Value]>,
@@ -550,16 +559,16 @@ export type Load = {
  * value more room to compensate for it.
  */
 size: number,
-/** The largest deviation from the setpoint, in its unit. */
+/** The largest deviation from the setpoint, in the setpoint's unit. */
 deviation: number,
-/** The time in seconds after the load from which the deviation stays within the band; `None` if it does not. */
+/** The time in seconds from the load until the deviation stays within the band; `None` if it does not. */
 recovery: number | null,
 /**
  * The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not
  * recover.
  */
 iae: number | null,
-/** Half the width of the band around the setpoint in which the loop has recovered, in its unit. */
+/** Half the width of the band around the setpoint in which the loop counts as recovered, in the setpoint's unit. */
 band: number, };
 
 /** A loop of a file. */
@@ -570,11 +579,11 @@ name: string,
 title: string | null,
 /** The name of its block in the catalogue. */
 block: string,
-/** The time between two calls. */
+/** The time between two calls, in seconds. */
 cycle: number | null,
 /** Its values. */
 settings: Array<LoopValue>,
-/** Effects of the settings that a user may not expect, and values out of range. */
+/** Warnings about unexpected effects of the settings and about values out of range. */
 warnings: Array<string>, };
 
 /** The role of an FMU in a loop. */
@@ -588,32 +597,32 @@ name: string,
 value: Value,
 /** The origin of the value, such as `plant.awl:12:8`; `None` for the block's start value. */
 origin: string | null,
-/** The value in the file, if the current value differs. */
+/** The value in the file from which the loop was read, if the current value differs. */
 file: Value | null, };
 
 /** The loops of a file. */
 export type Loops = {
 /** The loops, in the order of the file; empty if the file is faulty. */
 loops: Array<Loop>,
-/** Problems, and remarks for the user. */
+/** The problems, or remarks for the user if the file can be used. */
 problems: Array<Problem>,
 /** Whether the file could not be used. */
 is_refused: boolean, };
 
 /** A member that is a PLC program. */
 export type MadeOf = {
-/** The member. */
+/** The member's name. */
 member: string,
 /** The names of its sources, without folders. */
 sources: Array<string>,
-/** How it is built from them. The sources themselves are missing. */
+/** How it is built from them; its list of files is empty. */
 program: Program, };
 
 /** An FMU in a loop. */
 export type Member = {
 /** Its name in the loop. */
 name: string,
-/** The FMU's name in the catalogue. */
+/** The name of its FMU, as in [`Fmus`]. */
 fmu: string,
 /** Its settings; other variables have their start values. */
 values: Values, };
@@ -625,47 +634,47 @@ export type Method = "tangent" | "two_points" | "area" | "least_squares";
  * A plant: a lag with dead time, or an integrator with dead time.
  *
  * The gain is measured from the controller's output to the process value that the controller compares with the
- * setpoint. A model identified from a loop's signals has this gain: it includes the factors and offsets that the block
- * applies to the process value (PV_FAC). It does not include those applied to the manipulated value inside the block
- * (LMN_FAC); [`tune`](crate::tune) takes them into account.
+ * setpoint. A model identified from a loop's signals has this gain: it includes the factor that the block applies to
+ * the process value (PV_FAC), but not the one that the block applies to the manipulated value (LMN_FAC);
+ * [`tune`](crate::tune) takes the latter into account.
  */
 export type Model = {
 /** K in units of the process value per unit of the manipulated value; per second for an integrating plant. */
 gain: number,
 /** T in seconds; 0 for an integrating plant. */
 time_constant: number,
-/** A second lag in seconds, or 0. */
+/** The time constant of a second lag in seconds; 0 if there is none. */
 second_time_constant: number,
 /** L in seconds. */
 dead_time: number,
 /** Whether the plant is integrating. */
 is_integrating: boolean, };
 
-/**
- * The activity of a program in its last call, apart from the values of its variables, which are in the state of the
- * run.
- */
+/** The activity of a program in a call, apart from the values of its variables, which belong to the state of the run. */
 export type Monitored = {
-/** The temporaries of the running block, at the end of the call. */
+/** The program's temporary variables at the end of the call. */
 temps: Values,
-/** Its STRINGs and WSTRINGs at the end of the call; a run has numbers only. */
+/** Its STRINGs and WSTRINGs at the end of the call, which a run cannot record. */
 texts: { [key in string]: string },
-/** The executed lines: the 0-based index of the source, and the line. */
+/** The executed lines, each with the 0-based index of its source. */
 lines: Array<[number, number]>,
-/** The program's warnings since its start, with file and line. */
+/** The program's warnings since its start, each with file and line. */
 warnings: Array<string>,
-/** The truth values in the networks of the requested block, by number. Those that were not calculated are missing. */
+/**
+ * The truth values in the networks of the requested block, by number. Values that were not calculated in the call
+ * are missing.
+ */
 wires: Array<[number, boolean]>,
-/** The decisions in each of the requested blocks: a row for each of its writes. */
+/** For each block whose decisions were requested: the decisions for each of its writes. */
 decided: Array<Array<Decisions>>, };
 
 /** A setting that changes during a recording: the comparison uses the recorded values instead of the loop's. */
 export type Moving = {
-/** The setting. */
+/** The name of the setting. */
 name: string,
 /** Its first value in the recording. */
 first: Value,
-/** Its last value there. */
+/** Its last value in the recording. */
 last: Value,
 /** Its value in the loop. */
 before: Value, };
@@ -705,15 +714,15 @@ text: string, };
 
 /** An open loop with its margins. Infinite margins are absent. */
 export type OpenLoop = {
-/** At each frequency, in dB. */
+/** The amplitude at each frequency, in dB. */
 amplitude: Array<number>,
-/** At each frequency, in degrees. */
+/** The phase at each frequency, in degrees. */
 phase: Array<number>,
 /** Ms, the largest sensitivity; absent if the loop is unstable. */
 sensitivity: number | null,
 /** The gain margin, as a factor. */
 gain_margin: number | null,
-/** In degrees. */
+/** The phase margin, in degrees. */
 phase_margin: number | null,
 /** The frequency at which the gain margin is read, in radians per second. */
 phase_crossover: number | null,
@@ -724,7 +733,7 @@ gain_crossover: number | null, };
 export type Operand = {
 /** The text as written. */
 text: string,
-/** The path of a variable. */
+/** The path of the variable; `None` for anything else. */
 path: string | null,
 /** Whether it is a global variable. */
 is_global: boolean,
@@ -753,21 +762,21 @@ path: string | null,
 /** The 1-based line number. */
 line: number, };
 
-/** A simulated loop. */
+/** The simulated response of a loop to a setpoint step and to a load. */
 export type Predicted = {
-/** In seconds. */
+/** The times of the points in seconds. */
 times: Array<number>,
-/** The setpoint. */
+/** The setpoint at these times. */
 setpoint: Array<number>,
-/** The process value. */
+/** The process value at these times. */
 process_value: Array<number>,
-/** The manipulated value. */
+/** The manipulated value at these times. */
 manipulated_value: Array<number>,
-/** Its overshoot in percent of the step. */
+/** The overshoot of the process value in percent of the step. */
 overshoot: number | null,
-/** Its settling time in seconds. */
+/** The settling time of the process value in seconds. */
 settling: number | null,
-/** The total travel of the manipulated value since the step. */
+/** The total travel of the manipulated value after the step, in its unit. */
 travel: number | null,
 /**
  * The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same steady
@@ -788,27 +797,27 @@ left_out: Array<string>,
 /** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
-/** A preset of an FMU opened by the page. */
+/** A request for a preset of an FMU opened by the page. */
 export type PresetRequest = {
 /** The loop with its values. */
 of: Loop,
 /** The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, where they exist. */
 files: { [key in string]: string }, };
 
-/** A problem or a remark at a place in a file. */
+/** A problem in a file, or a remark on it. */
 export type Problem = {
-/** The 1-based line and column, if it has a place. */
+/** The 1-based line and column, if the problem concerns a place in the file. */
 place: [number, number] | null,
 /** The problem. */
 message: string,
 /** The remedy. */
 help: string | null,
-/** Whether the user must choose the block whose parameters the file contains. */
+/** Whether to offer the user a choice of the block whose parameters the file contains. */
 asks_for_block: boolean, };
 
 /**
- * The sources of a program, and how it is built from them. The defaults are those of `plcfmu build`; the default cycle
- * is proposed by the sources.
+ * The sources of a program, and how it is built from them. The defaults are those of `plcfmu build`, except that the
+ * cycle is proposed from the sources.
  */
 export type Program = {
 /** The sources. */
@@ -845,9 +854,9 @@ connections: Array<Wire>,
 others: Array<Wire>,
 /** Settings for the proposed connections, by `MEMBER.VARIABLE`. */
 values: Values,
-/** The communication step for them; by default the controller's cycle. */
+/** The communication step for the proposed connections, in seconds; by default the controller's cycle. */
 step: number | null,
-/** When values pass from output to input, in the known loop on which the proposal is based. */
+/** When values pass from output to input, as in the known loop on which the proposal is based. */
 exchange: Exchange,
 /** Unconnected inputs that need a connection. */
 open: Array<Open>,
@@ -856,9 +865,9 @@ remarks: Array<string>, };
 
 /** The compensation of a three-step pulse former for heating and cooling of different strength. */
 export type Ratio = {
-/** RATIOFAC. */
+/** The value for RATIOFAC. */
 ratio: number,
-/** The model for tuning the controller: the weaker gain, the longer dead time. */
+/** The model for tuning the controller: the one with the smaller gain, but with the longer of the two dead times. */
 model: Model,
 /** Remarks for the user, one sentence each. */
 remarks: Array<string>, };
@@ -870,7 +879,7 @@ heating: Model,
 /** The plant with the manipulated value below 0. */
 cooling: Model, };
 
-/** A parameter file. */
+/** A parameter file to read. */
 export type ReadFile = {
 /** Its name, whose extension selects the format. */
 file: string,
@@ -881,7 +890,7 @@ block?: string | null,
 /** The loop's name, if the file does not specify it. */
 name?: string | null, };
 
-/** A relay instead of the controller. */
+/** A test with a relay in place of the controller. */
 export type RelayTest = {
 /** The amplitude of the manipulated value, in its unit. */
 amplitude: number,
@@ -896,7 +905,7 @@ state: State,
 from: number,
 /** Ultimate gain, and ultimate period in seconds: the inputs of the Ziegler–Nichols rule. */
 ultimate: [number, number],
-/** The amplitude of the process value while the relay switches. */
+/** The amplitude of the process value while the relay switches, in its unit. */
 swing: number,
 /** The deviation of the process value at which the relay switched, in its unit. */
 hysteresis: number,
@@ -919,15 +928,15 @@ is_error: boolean, };
 
 /** The recording to replay, and the block. */
 export type ReplayRequest = {
-/** The block with the file's parameters. */
+/** The block with its settings in the loop. */
 controller: Member,
 /** The text of the CSV file. */
 text: string,
 /** The assignment of columns to variables of the block, or to `time`. By default, columns are matched by name. */
 columns: Array<[string, string]>,
-/** The deviation up to which a value counts as equal; by default, the recording's resolution. */
+/** The deviation up to which a value counts as equal; by default, it depends on the digits in the recording. */
 tolerance?: number | null,
-/** Whether to look for likely causes. */
+/** Whether to search for the cause if the outputs differ. */
 try_suspects: boolean, };
 
 /** The result of a replay. */
@@ -945,7 +954,7 @@ settings: Array<Change>,
  * were used.
  */
 moving: Array<Moving>,
-/** The explanations tried, best first. */
+/** The explanations that reduce the differences, best first. */
 suspects: Array<Suspect>,
 /** The conclusion. */
 conclusion: Conclusion,
@@ -957,26 +966,26 @@ doubt: Doubt | null,
 /** Remarks for the user, one sentence each. */
 remarks: Array<string>, };
 
-/** A recording that was replayed through the block. */
+/** A replay of a recording through the block. */
 export type ReportedReplay = {
 /** The recording's file. */
 file: string,
-/** The controller's settings with which it was replayed. */
+/** The controller's settings used for the replay. */
 values: Values,
 /** The conclusion, in a sentence. */
 verdict: string,
-/** Further remarks on it, a sentence each. */
+/** Remarks on the conclusion, a sentence each. */
 remarks: Array<string>,
 /** The settings in which the recording differed from the loop. */
 settings: Array<Change>, };
 
 /** A run compared with others. */
 export type ReportedRun = {
-/** Its number in the session. */
+/** The 0-based number of the run. */
 run: number,
 /** The user's name for it. */
 name: string,
-/** Its settings at its end, where they differ from other runs. */
+/** Its settings at its end, where they differ between the compared runs. */
 values: Values,
 /** Its settings at its beginning, where they changed during the run. */
 begun: Values, };
@@ -985,15 +994,15 @@ begun: Values, };
 export type Request = { "do": "catalogue" } | { "do": "describe",
 /** The FMU's name in the catalogue. */
 fmu: string, } | { "do": "read" } & ReadFile | { "do": "described",
-/** Its file's name, for messages. */
+/** The file name, for messages. */
 file: string,
-/** Its text. */
+/** The text of the file. */
 text: string, } | { "do": "compile" } & Program | { "do": "monitor",
 /** Its name in the loop. */
 member: string,
-/** The 0-based index of the call; by default the last one. For an earlier one, the run is repeated up to it. */
+/** The 0-based index of the call; by default the last call. For an earlier call, the run is repeated up to it. */
 call?: number | null,
-/** The block whose networks are displayed, and the path of its instance; empty for a function. */
+/** The block whose networks are displayed, and the path of its instance, which is empty for a function. */
 networks?: [string, string] | null,
 /** The blocks whose decisions are requested, each with the path of its instance. */
 why?: Array<[string, string]> | null, } | { "do": "check",
@@ -1003,11 +1012,11 @@ fmu: string,
 values: Values, } | { "do": "propose",
 /** The controller. */
 controller: Member,
-/** The plant. */
+/** The plant to connect to it. */
 plant: Member, } | { "do": "start" } & Setup | { "do": "state" } | { "do": "send",
 /** The values, by `MEMBER.VARIABLE`. */
 values: Values, } | { "do": "force",
-/** `write`, `force` or `release`; `set` is what [`Request::Send`] does. */
+/** `write`, `force` or `release`. For `set`, use [`Request::Send`]. */
 act: Act,
 /** The values, by `MEMBER.VARIABLE`; ignored for a release. */
 values: Values, } | { "do": "ramp",
@@ -1015,11 +1024,11 @@ values: Values, } | { "do": "ramp",
 variable: string,
 /** The last value. */
 to: number,
-/** The duration. */
+/** The duration, in seconds. */
 seconds: number, } | { "do": "run",
-/** The number, at least one. */
+/** The maximum number of calls, at least one. */
 calls: number,
-/** A condition: the call in which it becomes true is the last one. */
+/** A condition; the call in which it becomes true is the last. */
 until?: Until | null, } | { "do": "settle" } & Settle | { "do": "rest_at" } & RestAt | { "do": "exchange",
 /** The new members. */
 members: Array<Member>,
@@ -1032,7 +1041,7 @@ run?: number | null, } | { "do": "same_test",
 /** The run whose test is repeated; by default the current one. */
 run?: number | null,
 /**
- * The settings in force, by `MEMBER.VARIABLE`; others have their value at the end of that run. Stimuli are
+ * The new settings, by `MEMBER.VARIABLE`; all others have their value at the end of that run. Stimuli are
  * ignored.
  */
 values: Values, } | { "do": "try",
@@ -1040,23 +1049,23 @@ values: Values, } | { "do": "try",
 values: Values,
 /** The curves to draw; its `run` is ignored. */
 view: View,
-/** The window and the units of the figures; its `run` is ignored. */
+/** The window and units of the figures; its `run` is ignored. */
 figures: FiguresRequest, } | { "do": "figures" } & FiguresRequest | { "do": "forecast",
 /** The run; by default the current one. */
 run?: number | null,
-/** The plant. */
+/** The plant to connect to it. */
 tuning: Tuning, } | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "in_force" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
 
-/** Automatic mode, settled at a setpoint, from which a step can begin. */
+/** A request to settle the loop in automatic mode at a setpoint, from which a step can begin. */
 export type RestAt = {
 /** The setpoint, in its unit. */
 setpoint: number, };
 
-/** The roles of an FMU's variables in a loop. All names are the FMU's own. */
+/** The roles of an FMU's variables in a loop. The variable names are without the name of the FMU. */
 export type Roles = {
-/** The setpoint changed by the user. */
+/** The setpoint that the user changes. */
 setpoint: string | null,
 /** The process value: an input of a controller, an output of a plant. */
 process_value: string | null,
@@ -1068,9 +1077,9 @@ manipulated_value: string | null,
 manual: [string, string] | null,
 /** The switch to manual mode and the manual pulses, up and down, of a controller without a manual value. */
 manual_pulses: [string, [string, string]] | null,
-/** GAIN, TI, TD and TM_LAG, if the block has them. */
+/** The parameters GAIN, TI, TD and TM_LAG, in this order; the list may end earlier. */
 controller: Array<string>,
-/** The switches for the P, I and D actions. */
+/** The switches for the P, I and D actions, in this order. */
 structure: Array<string>,
 /** The pulses: outputs of a controller (up, down or heat, cool), inputs of a plant. */
 pulses: Array<string>,
@@ -1096,39 +1105,39 @@ stimuli: Array<string>,
  */
 signals: Array<[string, string]>, };
 
-/** A rule. */
+/** A tuning rule. */
 export type Rule = "ziegler_nichols_step" | "ziegler_nichols_ultimate" | "chr_setpoint0" | "chr_setpoint20" | "chr_disturbance0" | "chr_disturbance20" | "simc" | "lambda" | "amigo";
 
 /** A rule and its predicted effects. */
 export type RuleOutcome = {
 /** The rule. */
 rule: Rule,
-/** Its name. */
+/** The rule's name for users. */
 name: string,
 /** The settings, and the prediction for the same step as in all other rows. */
 tuned: Tuned | null,
-/** The reason why there are no settings. */
+/** The reason why there are no settings, if there are none. */
 refusal: string | null, };
 
 /** All rules with their predicted effects. */
 export type RulesTable = {
 /** The rules, one per row. */
 rows: Array<RuleOutcome>,
-/** The reasons for missing metrics, a line for each. */
+/** The reasons for missing metrics, one per line. */
 missing: Array<string>, };
 
 /** A value set while a loop runs. */
 export type Set = {
-/** When, in seconds. */
+/** When it is set, in seconds. */
 time: number,
-/** `MEMBER.VARIABLE` */
+/** The variable, as `MEMBER.VARIABLE`. */
 variable: string,
-/** The value; true is 1. `None` if another member replaced this one. */
+/** The value; true is 1. `None` if the member was replaced by another one. */
 value: number | null,
 /** The previous value, if it is known. */
 before: number | null, };
 
-/** A run until the loop has settled. */
+/** A request to run until the loop has settled. */
 export type Settle = {
 /** The maximum number of calls, at least one. */
 calls: number,
@@ -1142,8 +1151,8 @@ state: State,
 /** Whether the loop has settled. */
 is_at_rest: boolean,
 /**
- * Whether it oscillates steadily instead, and would continue to. If neither, all calls were made, or the run has
- * failed.
+ * Whether it oscillates steadily instead, and would continue to. If neither is true, all calls were made, or the
+ * run has failed.
  */
 swings: boolean, };
 
@@ -1153,7 +1162,7 @@ export type Setup = {
 members: Array<Member>,
 /** The connections, each from an output to an input, both `MEMBER.VARIABLE`. */
 connections: Array<[string, string]>,
-/** The communication step; by default the first member's cycle. */
+/** The communication step, in seconds; by default the first member's cycle. */
 step: number | null,
 /** When values pass from output to input. */
 exchange: Exchange, };
@@ -1166,7 +1175,10 @@ change: Change,
 at: [number, number],
 /** The earliest call that may have been the first with the new value. */
 earliest: [number, number],
-/** The latest such call. Any call in between explains the recording equally well, possibly with another value. */
+/**
+ * The latest such call. Any call from the earliest to this one explains the recording equally well, possibly with
+ * another value.
+ */
 latest: [number, number], };
 
 /** A source. */
@@ -1196,7 +1208,7 @@ step: number,
 /** The values of all variables in the row of the last call, by `MEMBER.VARIABLE`. */
 values: Values,
 /**
- * The values after the last call if members act in parallel, where the outputs in the row are those of the
+ * In a parallel exchange: the values after the last call, because the outputs in `values` are those of the
  * previous call.
  */
 after: Values | null,
@@ -1204,18 +1216,18 @@ after: Values | null,
 forced: Values,
 /** Why the run has ended: which FMU failed, and its messages. */
 failure: string | null,
-/** Whether the last calls ended because their condition became true. */
+/** Whether the calls of this request ended because its condition became true. */
 is_met: boolean,
-/** Remarks of the FMUs and the plan since the last answer, a sentence each. */
+/** Remarks since the last answer, from the FMUs and from checking the setup, a sentence each. */
 remarks: Array<string>, };
 
 /** A setpoint step. */
 export type Step = {
-/** The setpoint before the step; by default that of the controller. */
+/** The setpoint before the step; by default the controller's current one. */
 from?: number | null,
 /**
- * The size of the step, negative for a step down; by default, the step that finally moves the manipulated value by
- * 10 %, or initially if the plant is integrating.
+ * The size of the step, negative for a step down; by default, the step after which the manipulated value is 10 %
+ * higher in steady state or, if the plant is integrating, initially.
  */
 size?: number | null,
 /** The manual value at which the plant rests before the step, in percent; by default 50. */
@@ -1224,8 +1236,8 @@ manual?: number | null, };
 /** A step in the manual value. */
 export type StepTest = {
 /**
- * The step in the manipulated value, in its unit; negative for down. If it exceeds a limit and the opposite step
- * does not, the direction is reversed.
+ * The step in the manipulated value, in its unit; negative for down. If it would exceed a limit and the opposite
+ * step would not, the direction is reversed.
  */
 size: number,
 /** The method of identification. */
@@ -1239,7 +1251,7 @@ export type StepTested = {
 state: State,
 /** When the hold of the plant began, in seconds. */
 from: number,
-/** The last call used for identification, in seconds: later ones restore the loop. */
+/** The time of the last call used for identification, in seconds; later calls restore the loop. */
 to: number,
 /** The time of the step in the manipulated value, in seconds. */
 step: number,
@@ -1249,24 +1261,24 @@ identified: Identified, };
 /** The actions of a controller. */
 export type Structure = "p" | "pi" | "pid";
 
-/** A change that was tried. */
+/** An explanation that was tried: one or more changes. */
 export type Suspect = {
 /** The changes that apply from the start. */
 changes: Array<Change>,
 /** The change made during the recording, if any. */
 since: Since | null,
-/** If exactly one of the changes is a number, the range of values that explain the recording equally well. */
+/** If exactly one of the changes is to a number, the range of its values that explain the recording equally well. */
 range: [number, number] | null,
 /**
- * Other settings that could differ as well, with another value of this number, and explain the recording equally
- * well.
+ * Other settings that may be wrong instead or as well: changed together with another value of the suspect's
+ * setting, they explain the recording equally well.
  */
 confused: Array<string>,
 /** The changed settings with their values; for one that changed during the recording, its value at the end. */
 values: Values,
 /** The number of calls that still differ. */
 different: number,
-/** The largest difference. */
+/** The largest difference that remains. */
 largest: number,
 /** Whether no difference remains. */
 fits: boolean,
@@ -1277,15 +1289,15 @@ ends_without_call: boolean, };
 
 /** The means of variables as functions of an input. */
 export type Sweep = {
-/** Its title. */
+/** The title of the chart. */
 title: string,
-/** The variable of the horizontal axis. */
+/** The input that is varied, on the horizontal axis. */
 variable: string,
-/** Its unit. */
+/** The unit of this input. */
 unit: string | null,
-/** Its values. */
+/** Its values, one per point. */
 inputs: Array<number>,
-/** Each variable with its means; true counts 1. */
+/** Each variable with its mean at each input value; TRUE counts as 1. */
 outputs: Array<[string, Array<number>]>, };
 
 /** A run's test, repeated with other settings. */
@@ -1297,9 +1309,9 @@ figures: Figures | null, };
 
 /** The controller to tune, the plant's model and the rule. */
 export type TuneRequest = {
-/** The plant. */
+/** The plant model. */
 model: Model,
-/** The rule. */
+/** The tuning rule. */
 rule: Rule,
 /** P, PI or PID. */
 structure: Structure,
@@ -1316,8 +1328,9 @@ pace?: number | null,
 /** The setpoint step to predict. */
 step: Step,
 /**
- * Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above
- * 0; after a run, 2 % of its last step. By default, 2 % of the default predicted step.
+ * Half the width of the band around the setpoint in which the loop counts as recovered from a load, in the unit of
+ * the process value, above 0; if there is a run, 2 % of its last step. By default, 2 % of the default predicted
+ * step.
  */
 band?: number | null,
 /** Ultimate gain and period, for the ultimate rule; by default computed from the model. */
@@ -1329,19 +1342,19 @@ exchange: Exchange, };
 export type Tuned = {
 /** The settings in the block's form, by the block's names, including the switches of the structure. */
 values: Values,
-/** The dead time used: the model's, plus half a cycle, plus half a pulse period. */
+/** The dead time used, in seconds: the model's, plus half a cycle, plus half a pulse period. */
 dead_time: number,
-/** The closed-loop time constant used, if the rule has one. */
+/** The closed-loop time constant used, in seconds, if the rule has one. */
 closed_loop: number | null,
 /** This time constant as a position on a scale from calm, 0, to fast, 1, as the request may specify it. */
 pace: number | null,
-/** The largest sensitivity. */
+/** Ms, the largest sensitivity; absent if the loop is unstable. */
 sensitivity: number | null,
 /** The gain margin, as a factor. */
 gain_margin: number | null,
 /** The phase margin in degrees. */
 phase_margin: number | null,
-/** The simulated setpoint step of the real block with the model. */
+/** The simulated setpoint step of the loop of the real block and the model. */
 predicted: Predicted,
 /**
  * The reasons for missing metrics, by the names of their fields: `sensitivity`, `gain_margin`, `phase_margin`,
@@ -1361,20 +1374,20 @@ rule: Rule,
 values: Values,
 /** Lambda in seconds, for a rule that uses it. */
 closed_loop?: number | null,
-/** The largest sensitivity. */
+/** The maximum sensitivity Ms. */
 sensitivity?: number | null,
 /** The gain margin, as a factor. */
 gain_margin?: number | null,
-/** In degrees. */
+/** The phase margin, in degrees. */
 phase_margin?: number | null,
 /** The predicted setpoint step. */
 step: Step,
-/** All compared rules with their predicted effects; the curves may be omitted except for both ends of the setpoint. */
+/** All compared rules with their predicted effects; of the curves, only the first and the last setpoint are needed. */
 rows: Array<RuleOutcome>,
 /** The previous values of the same settings. */
 before: Values, };
 
-/** A condition. */
+/** A condition on a variable. */
 export type Until = {
 /** `MEMBER.VARIABLE` */
 variable: string,
@@ -1394,7 +1407,7 @@ name: string,
 description: string,
 /** Its PLC type, such as `REAL`; in a foreign FMU its FMI type, such as `Real`. */
 kind: string,
-/** `input`, `parameter`, `fixed`, `cycle`, `output`, `local` */
+/** Its role in the block: `input`, `parameter`, `fixed`, `cycle`, `output` or `local`. */
 role: "input" | "parameter" | "fixed" | "cycle" | "output" | "local",
 /** Whether it can be set while the loop runs. */
 is_tunable: boolean,
@@ -1406,7 +1419,7 @@ start: Value,
 min: number | null,
 /** The highest sensible value. */
 max: number | null,
-/** Its physical unit; s for a TIME. */
+/** Its physical unit; `s` for a TIME. */
 unit: string | null, };
 
 /** The curves to show. */
@@ -1419,10 +1432,10 @@ variables: Array<string>,
 from?: number | null,
 /** The end in seconds; by default the last call. */
 to?: number | null,
-/** The maximum number of points. */
+/** The maximum number of rows, at least 2. */
 points: number,
 /**
- * The variables to average, each with the number of seconds to average over, ending with the call itself: for
+ * The variables to average, each with the time to average over, in seconds, up to and including each call; for
  * pulses, their period.
  */
 means?: { [key in string]: number } | null, };
@@ -1451,7 +1464,7 @@ line: number,
 text: string,
 /** The variables from which the value is computed. */
 reads: Array<Named>,
-/** The conditions under which it runs, outermost first. */
+/** The conditions under which the statement runs, outermost first. */
 guards: Array<Guard>, };
 
 /** Each request with its answer. */
