@@ -394,7 +394,7 @@ fn files(
     files.extend(reference::files(table, &recordings.responses[0], version));
     files.insert(
         "documentation/index.html".into(),
-        page::html(table, &interface.guid, &recordings, fmu_crate.license.as_deref(), source)?.into_bytes(),
+        page::html(table, &xml.description(), &recordings, fmu_crate.license.as_deref(), source)?.into_bytes(),
     );
     for (licence, text) in LICENCES {
         files.insert(format!("documentation/licenses/{licence}"), text.into());

@@ -352,7 +352,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     }
     contents.insert(
         "documentation/index.html".into(),
-        page::html(&interface.table, &interface.guid, &recordings, None, source.as_deref())?.into_bytes(),
+        page::html(&interface.table, &xml.description(), &recordings, None, source.as_deref())?.into_bytes(),
     );
     for (platform, library) in &libraries {
         let suffix = platform::system(platform).map_or("", |(_, suffix)| suffix);

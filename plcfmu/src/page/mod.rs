@@ -9,7 +9,7 @@ use blocks::{Characteristic, Kind, Response, Role, Text};
 use draw::response::{self, Colors, Recording, Sweep};
 use draw::{diagram, plot, text};
 use markdown::Sections;
-use modeldescription::{Row, Table};
+use modeldescription::{Description, Row, Table, v3};
 
 /// The data for the template. `askama` checks templates at compile time, so rendering cannot fail on a user's machine.
 #[derive(Template)]
@@ -17,6 +17,9 @@ use modeldescription::{Row, Table};
 struct Page<'a> {
     name: &'a str,
     summary: String,
+    /// The FMI version, the standard's name for the string by which a host identifies the FMU, and that string.
+    version: &'a str,
+    identifier: &'static str,
     guid: &'a str,
     /// The block diagram or the drawing of the terminals, as SVG.
     diagram: String,
@@ -106,7 +109,7 @@ struct Variable<'a> {
 /// A drawing, a formula or the page cannot be rendered.
 pub fn html(
     table: &Table,
-    guid: &str,
+    description: &Description,
     recordings: &Recordings,
     license: Option<&str>,
     source: Option<&str>,
@@ -146,7 +149,9 @@ pub fn html(
         name: &table.name,
         response_cycle,
         summary: table.summary(),
-        guid,
+        version: description.fmi_version,
+        identifier: if description.fmi_version == v3::FMI_VERSION { "Instantiation token" } else { "GUID" },
+        guid: &description.guid,
         diagram: diagram::linked(table).context("the diagram of the block")?,
         has_diagram: diagram::find(&table.docs).is_some(),
         has_boolean_terminals: terminals.iter().any(|row| row.kind == Kind::Bool),
@@ -316,6 +321,7 @@ fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result
 #[cfg(test)]
 mod tests {
     use super::*;
+    use modeldescription::v2;
 
     fn table() -> Table {
         let row = |name: &str, kind: &str, role: &str, rest: &str| {
@@ -345,14 +351,29 @@ mod tests {
         Recordings { responses: vec![recording], characteristics: Vec::new() }
     }
 
+    fn description(fmi_version: &'static str) -> Description {
+        Description { fmi_version, guid: "{1}".into(), ..Description::default() }
+    }
+
     fn page() -> String {
+        page_for(v2::FMI_VERSION)
+    }
+
+    fn page_for(fmi_version: &'static str) -> String {
         let recording = Recording {
             cycle: 100,
             shown: vec![0, 3],
             restart: vec![0.0, 0.0],
             calls: vec![vec![1.0, 0.0], vec![2.0, 1.0]],
         };
-        html(&table(), "{1}", &recordings(recording), Some("LicenseRef-<House>"), Some("PUMP.c")).unwrap()
+        let (description, recordings) = (description(fmi_version), recordings(recording));
+        html(&table(), &description, &recordings, Some("LicenseRef-<House>"), Some("PUMP.c")).unwrap()
+    }
+
+    #[test]
+    fn the_page_states_the_fmi_version_and_the_identifier_in_its_terms() {
+        assert!(page().contains("FMI 2.0, co-simulation. GUID <code>{1}</code>"));
+        assert!(page_for(v3::FMI_VERSION).contains("FMI 3.0, co-simulation. Instantiation token <code>{1}</code>"));
     }
 
     #[test]
@@ -410,7 +431,7 @@ mod tests {
     fn page_of(table: &Table, shown: &[usize]) -> String {
         let calls = vec![vec![0.0; shown.len()]; 2];
         let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
-        html(table, "{1}", &recordings(recording), None, None).unwrap()
+        html(table, &description(v2::FMI_VERSION), &recordings(recording), None, None).unwrap()
     }
 
     #[test]
@@ -488,7 +509,7 @@ mod tests {
         let refusal = |lines: &str| {
             let table = Table { docs: format!("Pumps.\n\n```dialog\n{lines}\n```"), ..table() };
             let recordings = Recordings { responses: Vec::new(), characteristics: Vec::new() };
-            format!("{:#}", html(&table, "{1}", &recordings, None, None).unwrap_err())
+            format!("{:#}", html(&table, &description(v2::FMI_VERSION), &recordings, None, None).unwrap_err())
         };
         assert_eq!(
             refusal("[Process value]\nFLOW\nCYCLE"),
