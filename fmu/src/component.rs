@@ -137,8 +137,9 @@ impl<B: Cyclic> Component<B> {
         self.take_warnings();
         let reached = done?;
         if !self.is_step_advised && self.logged.contains(&Category::ADVICE) {
-            self.advice.extend(self.instance.advice_on_step(h));
-            self.is_step_advised = !self.advice.is_empty();
+            let advice = self.instance.advice_on_step(h);
+            self.is_step_advised = advice.is_some();
+            self.advice.extend(advice);
         }
         Ok(reached)
     }

@@ -424,14 +424,19 @@ impl Library for Program {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fmu::component::Component;
 
     const SOURCE: &str = "FUNCTION_BLOCK Pump VAR_INPUT level : REAL := 1.5; on : BOOL; END_VAR
         VAR_OUTPUT flow : REAL; END_VAR VAR_IN_OUT sum : DINT; END_VAR
         BEGIN flow := level * 2.0; sum := sum + 1; END_FUNCTION_BLOCK";
 
     fn pump() -> Program {
+        program(SOURCE)
+    }
+
+    fn program(source: &str) -> Program {
         let manifest = Manifest { cycle: Some(100), sources: vec!["pump.scl".into()], ..Manifest::default() };
-        let loaded = Loaded::new(&manifest, &[Source::new("pump.scl", SOURCE.into())], |_| true);
+        let loaded = Loaded::new(&manifest, &[Source::new("pump.scl", source.into())], |_| true);
         Program::new(Arc::new(loaded.unwrap_or_else(|error| panic!("{error}"))))
     }
 
@@ -453,6 +458,22 @@ mod tests {
             assert_eq!((pump.get(sum), pump.get(sum_out)), (whole(7), whole(8)));
         }
         assert!(!pump.set(level, Value::Bool(true)) && !pump.set(99, Value::Real(1.0)));
+    }
+
+    #[test]
+    fn a_warning_of_a_call_leaves_room_for_the_advice_on_a_short_step() {
+        let source = "FUNCTION_BLOCK Pump VAR_INPUT rate : DINT; END_VAR VAR_OUTPUT flow : DINT; END_VAR
+            BEGIN flow := 60 / rate; END_FUNCTION_BLOCK";
+        let mut component = Component::<Program>::new(Origin { hash: 0, form: 0, start: program(source) }, true);
+        component.instance.setup_experiment(0.0, None).unwrap();
+        component.exit_initialization_mode().unwrap();
+        let mut advice = [(0.0, 0.1), (0.1, 0.0005), (0.1005, 0.0005)].map(|(tc, h)| {
+            component.do_step(tc, h).unwrap();
+            std::mem::take(&mut component.advice)
+        });
+        assert_eq!(advice[0], ["pump.scl:2: division by 0: the result is 0"]);
+        assert!(advice[1].pop().unwrap().contains("0.0005"), "{advice:?}");
+        assert!(advice[1].is_empty() && advice[2].is_empty(), "{advice:?}");
     }
 
     #[test]
