@@ -438,8 +438,11 @@ impl<'a> Simulation<'a> {
         let height = request.step.size.unwrap_or_else(|| to_round_target(level, usual));
         let band = request.band.unwrap_or(BAND * usual.abs());
         let manual = request.step.manual.unwrap_or(MANUAL);
-        if height == 0.0 || ![height, level, manual].iter().all(|number| number.is_finite()) {
+        if height == 0.0 || ![height, level].iter().all(|number| number.is_finite()) {
             bail!("the step is {height} from {level}: it must be a number other than 0");
+        }
+        if !manual.is_finite() {
+            bail!("the manipulated value before the step is {manual}: it must be a finite number");
         }
         if !(band > 0.0 && band.is_finite()) {
             bail!("the recovery band is {band}: it must be above 0");

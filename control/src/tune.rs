@@ -531,13 +531,20 @@ fn half_rule(request: &TuneRequest, model: &Model, sampling: &str) -> Option<Str
         return None;
     }
     let Model { time_constant, dead_time, .. } = model.without_second_lag();
-    Some(format!(
-        "{} supports only one lag: the half rule adds the smaller one to the time constant and dead time, so that T = \
-         {} s and, with {sampling}, L = {} s. The margins take both lags into account.",
-        rules::name(request.rule),
-        short(rounded(time_constant, 4)),
-        short(rounded(dead_time, 4))
-    ))
+    let rule = rules::name(request.rule);
+    let dead_time = short(rounded(dead_time, 4));
+    Some(if model.is_integrating {
+        format!(
+            "{rule} supports no lag of an integrating plant: the lag is added to the dead time, so that, with {sampling}, \
+             L = {dead_time} s. The margins take the lag into account."
+        )
+    } else {
+        format!(
+            "{rule} supports only one lag: half of the smaller one is added to the time constant and half to the dead \
+             time, so that T = {} s and, with {sampling}, L = {dead_time} s. The margins take both lags into account.",
+            short(rounded(time_constant, 4))
+        )
+    })
 }
 
 /// Rounds the settings to values that the block can hold. A time that the block would raise is raised, with a remark.

@@ -326,8 +326,25 @@ fn the_prediction_is_for_the_step_that_the_user_makes() {
     request.step.size = None;
     assert_eq!(ends(&tuned(&request).predicted.setpoint).1, 70.0);
     request.step.size = Some(0.0);
-    let remarks = tuned(&request).remarks;
-    assert!(remarks.iter().any(|remark| remark.contains("the step is 0")), "{remarks:?}");
+    assert!(is_remarked(&request, "the step is 0"));
+    request.step = Step { from: Some(50.0), size: Some(-4.0), manual: Some(f64::INFINITY) };
+    assert!(is_remarked(&request, "the manipulated value before the step is inf"));
+}
+
+#[test]
+fn a_rule_for_one_lag_says_which_model_it_is_given() {
+    // A cycle of 0.2 s adds 0.1 s of dead time: T = 8 + 1, L = 1 + 0.1 + 1.
+    let model = Model { second_time_constant: 2.0, ..lag(2.0, 8.0, 1.0) };
+    let request = |model| with("CONT_C", Rule::Simc, Structure::Pi, model, &[("CYCLE", 0.2)]);
+    assert!(is_remarked(&request(model), "so that T = 9 s and, with half of CYCLE, L = 2.1 s."));
+    // The lag of an integrating plant only delays: L = 1 + 0.1 + 2.
+    let model = Model { is_integrating: true, time_constant: 0.0, ..model };
+    assert!(is_remarked(&request(model), "dead time, so that, with half of CYCLE, L = 3.1 s."));
+}
+
+/// Whether a remark on these settings contains this text.
+fn is_remarked(request: &TuneRequest, text: &str) -> bool {
+    tuned(request).remarks.iter().any(|remark| remark.contains(text))
 }
 
 #[test]
