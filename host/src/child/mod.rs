@@ -380,7 +380,8 @@ fn send<T: Serialize>(to: &Mutex<File>, sent: &Sent<T>) -> Result<()> {
 pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Result<()> {
     let replies = standard_output::take().context("standard output")?;
     let witness = Rc::new(Witness::open(folder)?);
-    let (requests, at_work) = framing::input();
+    // Kept until this process exits: without the sender, the reader thread would end it as soon as the input ends.
+    let (requests, _at_work) = framing::input();
     let replies = Arc::new(Mutex::new(replies));
     let channel = Channel { requests, replies, folder: folder.to_path_buf(), witness };
     // A panic that arrives here is this program's own: one in an FMU's library aborts the process or does not leave the
@@ -392,8 +393,6 @@ pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Resu
             panic::resume_unwind(panic);
         }
     }
-    // Kept until here: without it, the reader thread would end the process as soon as the input ends.
-    drop(at_work);
     process::exit(0)
 }
 
