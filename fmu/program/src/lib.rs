@@ -477,6 +477,20 @@ mod tests {
     }
 
     #[test]
+    fn a_name_is_refused_without_a_list_where_there_is_none_to_choose_from() {
+        let refused = |source: &str, manifest: Manifest| {
+            let manifest = Manifest { cycle: Some(100), sources: vec!["pump.scl".into()], ..manifest };
+            Loaded::new(&manifest, &[Source::new("pump.scl", source.into())], |_| true).err().unwrap().to_string()
+        };
+        let block = "FUNCTION_BLOCK Pump VAR_OUTPUT on : BOOL; END_VAR BEGIN on := TRUE; END_FUNCTION_BLOCK";
+        let refusal = refused(block, Manifest { parameters: vec!["level".into()], ..Manifest::default() });
+        assert_eq!(refusal, "Pump has no input that could become a parameter: remove level");
+        let ty = "TYPE Level STRUCT low : REAL; END_STRUCT END_TYPE";
+        let refusal = refused(ty, Manifest { block: Some("Pump".into()), ..Manifest::default() });
+        assert!(refusal.contains(": no function block named Pump: the sources declare none"), "{refusal}");
+    }
+
+    #[test]
     fn all_rows_of_a_variable_of_a_data_block_that_is_called_as_one_of_the_block_say_so() {
         let source = "DATA_BLOCK tank VAR RETAIN level : REAL; END_VAR BEGIN END_DATA_BLOCK
             FUNCTION_BLOCK Pump VAR_OUTPUT flow : REAL; END_VAR VAR tank : STRUCT level : REAL; END_STRUCT; END_VAR

@@ -251,6 +251,9 @@ fn chosen(manifest: &Manifest, root: &Root, variables: &[&Variable]) -> Result<H
             let Some(found) = known.get(&spelled(name)) else {
                 let some: Vec<&str> = able().map(|(_, of)| of.name.as_str()).take(MOST_NAMES).collect();
                 let block = &root.block;
+                if some.is_empty() {
+                    return Err(format!("{block} has no {what} that could become {wanted}: remove {name}"));
+                }
                 return Err(format!(
                     "{block} has no {what} {name} that could become {wanted}; available: {}",
                     some.join(", ")

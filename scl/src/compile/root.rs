@@ -245,7 +245,10 @@ impl Compiler<'_> {
                     of.kind == BlockKind::FunctionBlock || what == "block" && of.kind == BlockKind::OrganizationBlock
                 });
                 let names: Vec<&str> = names.map(|of| of.name.as_str()).collect();
-                let message = format!("no {what} named {name}; available: {}", names.join(", "));
+                let message = match names.is_empty() {
+                    true => format!("no {what} named {name}: the sources declare none"),
+                    false => format!("no {what} named {name}; available: {}", names.join(", ")),
+                };
                 self.error(Span::default(), message, None);
                 None
             }
