@@ -194,13 +194,14 @@ impl CsvTable {
     /// Returns the column with this name, as in [`CsvTable::find`].
     ///
     /// # Errors
-    /// No column has this name; the message lists the existing ones.
+    /// No column has this name; the message lists the existing ones, at most 20.
     pub fn column(&self, name: &str) -> Result<&Column> {
         let names = || self.columns.iter().map(|column| column.name.as_str());
         let found = self.find(name).with_context(|| {
             let near = run::plan::suggestion(name, names());
             let list: Vec<_> = names().take(20).collect();
-            format!("the file has no column {name}, only {}{near}", list.join(", "))
+            let more = if self.columns.len() > list.len() { ", ..." } else { "" };
+            format!("the file has no column {name}; available: {}{more}{near}", list.join(", "))
         })?;
         Ok(&self.columns[found])
     }

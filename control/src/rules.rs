@@ -154,11 +154,13 @@ impl Model {
     }
 }
 
-/// Computes the settings for a plant by a rule. `closed_loop` is the chosen time constant of the closed loop for SIMC
-/// and lambda in seconds; `ultimate` is the ultimate gain and period in seconds, if they are known from an experiment.
+/// Computes the settings for a plant by a rule. `closed_loop` is the desired closed-loop time constant in seconds, used
+/// by SIMC and lambda; `ultimate` is the ultimate gain and the ultimate period in seconds, if an experiment has
+/// determined them.
 ///
 /// # Errors
-/// The rule has no formula for this plant or structure; the error names a rule that has one.
+/// The model, `closed_loop` or `ultimate` is invalid, or the rule has no formula for this plant or structure; in that
+/// case, the error names a rule that has one.
 pub fn settings(
     rule: Rule,
     structure: Structure,

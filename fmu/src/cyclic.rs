@@ -15,9 +15,9 @@ pub enum StartValues<B> {
 
 macro_rules! cyclic {
     ($( $(#[$doc:meta])* fn $this:ident.$name:ident($($receiver:tt)+) ($($argument:ident: $type:ty),*) $(-> $result:ty)? = $Trait:ident; )*) => {
-        /// The object that an instance calls every CYCLE, accessed by row number of its table. Every [`Block`] is one,
-        /// at no cost: calls are resolved at compile time, and the table is a constant. A PLC program read at run time
-        /// is another, with its own table.
+        /// The object that an instance calls every CYCLE. Its variables are accessed by their row number in the table.
+        /// Every [`Block`] implements this at no cost: calls are resolved at compile time, and the table is a constant.
+        /// So does a PLC program read at run time, with its own table.
         ///
         /// A clone is a saved state.
         pub trait Cyclic: Clone + Send + 'static {

@@ -214,9 +214,12 @@ impl Body<'_, '_> {
             (Ty::New { kept, .. }, true) => *kept,
             (Ty::Float, false) => Scalar::F64,
             _ => {
-                return Err(
-                    self.error(it.span(), format!("the type of this operation is {ty}; use numbers of a known type"))
-                );
+                return Err(self.error(
+                    it.span(),
+                    format!(
+                        "this operation is not supported for {ty}; use a primitive type, such as 1_i32 for a literal"
+                    ),
+                ));
             }
         };
         if kept.is_float() && matches!(op, Binary::Rem) {

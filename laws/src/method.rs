@@ -34,7 +34,12 @@ impl Body<'_, '_> {
                 let ty = match (arguments.first(), want) {
                     (Some(argument), _) => self.common(&it.receiver, argument)?,
                     (None, Some(want)) => want.clone(),
-                    (None, None) => return Err(self.error(it.receiver.span(), "the type of this number is ambiguous")),
+                    (None, None) => {
+                        return Err(self.error(
+                            it.receiver.span(),
+                            "the type of this number is ambiguous: add a suffix, such as 2.0_f64",
+                        ));
+                    }
                 };
                 self.value(&it.receiver, Some(&ty))?
             }

@@ -111,7 +111,11 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], option
             other => {
                 let found = described(other);
                 let message = format!("{}: expected an object with the values of a loop, found {found}", quoted(name));
-                report.wrong(span(other), message, Some("all other members of the file are loops".into()));
+                report.wrong(
+                    span(other),
+                    message,
+                    Some("move it into the loop to which it belongs, or remove it".into()),
+                );
             }
         }
     }

@@ -276,7 +276,8 @@ impl Axes {
     }
 }
 
-/// The system with its settings of the targets replaced by these values. A target without a value has no setting.
+/// A copy of the system in which the targets have the values of `point`, in place of any settings that they had. Targets
+/// beyond the end of `point` have no setting in the copy.
 pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: &[f64]) -> System {
     let is_replaced = |setting: &Setting| {
         // Unknown names are reported by the plan.

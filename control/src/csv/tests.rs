@@ -189,7 +189,12 @@ fn errors_name_line_and_column() {
     assert!(error("time,PV\n").contains("no data rows"));
     let back = read("time,PV\n0,1\n2,1\n1,1\n");
     assert!(format!("{:#}", back.times(0).unwrap_err()).starts_with("line 4, column time: the time decreases"));
-    assert!(format!("{:#}", back.column("PW").unwrap_err()).contains("did you mean PV?"));
+    let unknown = |table: &CsvTable, name| format!("{:#}", table.column(name).unwrap_err());
+    assert!(unknown(&back, "PW").starts_with("the file has no column PW; available: time, PV"));
+    assert!(unknown(&back, "PW").contains("did you mean PV?"));
+    let names: Vec<_> = (1..=21).map(|number| format!("C{number}")).collect();
+    let wide = read(&format!("{}\n{}\n", names.join(","), ["1"; 21].join(",")));
+    assert!(unknown(&wide, "x").contains("C19, C20, ..."), "{}", unknown(&wide, "x"));
 }
 
 #[test]

@@ -81,7 +81,7 @@ impl<'a> Words<'a> {
 
     fn point(&mut self) -> Result<Point> {
         let word = self.need("the position, such as 12,7")?;
-        point(word).with_context(|| format!("has {word:?} instead of a position: write it as 12,7"))
+        point(word).with_context(|| format!("has {word:?} instead of a position: write x,y, such as 12,7"))
     }
 
     fn end(&mut self) -> Result<()> {

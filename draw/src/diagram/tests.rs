@@ -191,7 +191,7 @@ fn a_faulty_line_is_refused_with_its_number_its_text_and_a_remedy() {
     is(
         "input SP 1,5",
         "input SP left",
-        "line 3 of the diagram, `input SP left`, has \"left\" instead of a position: write it as 12,7",
+        "line 3 of the diagram, `input SP left`, has \"left\" instead of a position: write x,y, such as 12,7",
     );
     is(
         "sum DIFF 12,5 left + bottom -",

@@ -61,7 +61,7 @@ fn word(text: &str) -> Result<Word<'_>> {
         return Ok(Word::ToY(y));
     }
     if text.contains(',') {
-        let branch = point(text).with_context(|| format!("{text} is not a point: write it as 12,7"))?;
+        let branch = point(text).with_context(|| format!("{text} is not a point: write x,y, such as 12,7"))?;
         return Ok(Word::Branch(branch));
     }
     let dots = text.match_indices('.').map(|(dot, _)| (&text[..dot], place_of(&text[dot + 1..])));

@@ -56,7 +56,7 @@ pub struct Door {
     pub(crate) table: &'static [Function],
     /// Its messages, in addition to the shared ones.
     pub(crate) messages: &'static [Message],
-    /// Its functions, which come last.
+    /// The C source of its functions, the last part of the file.
     pub(crate) functions: [&'static str; 2],
     /// The names of its types, in the order of their numbers in the C file.
     pub(crate) types: &'static [&'static str],

@@ -319,7 +319,9 @@ fn check_value(variable: &Variable, definitions: &Definitions<'_>, found: &mut i
                 (enumeration.start, declared)
                 && !items.iter().any(|item| item.value == start)
             {
-                found(format!("start = {start} is not the value of any item of the type: use one of these"));
+                found(format!(
+                    "start = {start} is not the value of any item of its enumeration type: use the value of one of its items"
+                ));
             }
         }
         _ => {}

@@ -385,7 +385,10 @@ fn a_start_that_is_no_item_of_its_enumeration() {
         let Typed::Enumeration(enumeration) = &mut d.model_variables[7].typed else { panic!() };
         enumeration.start = Some(0);
     });
-    assert!(found.contains("variable \"choice\": start = 0 is not the value of any item of the type"), "{found}");
+    assert!(
+        found.contains("variable \"choice\": start = 0 is not the value of any item of its enumeration type"),
+        "{found}"
+    );
 }
 
 #[test]

@@ -85,7 +85,7 @@ fn every_error_has_its_place_and_all_are_told() {
          plant.json:8:16: GAIN appears twice: remove one\n\
          plant.json:9:12: MAN: found `1e39`, but a REAL accepts finite numbers with a magnitude of at most 3.4028235e38\n\
          plant.json:10:12: SUM: expected a number, found null\n\
-         plant.json:12:8: `B`: expected an object with the values of a loop, found a number; all other members of the file are loops"
+         plant.json:12:8: `B`: expected an object with the values of a loop, found a number; move it into the loop to which it belongs, or remove it"
     );
 }
 

@@ -26,7 +26,7 @@ const LARGEST_FILE: u64 = 40 << 20;
 /// The environment variable that names the folder of the FMUs; the Python package also uses it.
 const FMUS: &str = "PLCFMU_FMUS";
 
-/// Set up, run and tune control loops on a browser page
+/// Set up, run and tune control loops in the browser
 ///
 /// Opens loops from a parameter file or creates new ones, runs them against a plant, records, tunes and compares them,
 /// and writes presets and parameter files. The page is served only to this machine, and to one browser for each printed

@@ -63,8 +63,8 @@ let runButton;
 /** Repeats the test with the settings that have been applied since it began. @type {HTMLButtonElement} */
 let againButton;
 /**
- * When settings were last applied in the run, and when the step or disturbance began to which the metrics in the bar
- * belong, in seconds.
+ * When settings were last applied, and when the step or disturbance measured by the metrics in the bar began, both in
+ * seconds of the run.
  */
 let [applied, stepped] = [0, 0];
 /** Whether settings applied since the run began would change its result. */
