@@ -191,7 +191,7 @@ mod tests {
         let long = "a".repeat(65);
         for name in ["", "Pump", "2pump", "_pump", "pump_", "pump.x", "../pump", "püump", &long] {
             let error = Names::new(name).unwrap_err().to_string();
-            assert!(error.contains("use lower-case letters, digits and _"), "{name}: {error}");
+            assert!(error.contains("lower-case letters, digits and _"), "{name}: {error}");
         }
         for name in ["fn", "fmu", "proc-macro"] {
             assert!(Names::new(name).unwrap_err().to_string().contains("choose another, such as my_"), "{name}");

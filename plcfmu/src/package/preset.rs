@@ -311,7 +311,7 @@ mod tests {
             "CYCLE is 0.02 in resources/start.txt, but 0.03 in modelDescription.xml: one of them was changed"
         ));
         let missing = errors(&|files| drop(files.remove("resources/start.txt")));
-        assert!(missing.ends_with("or the start values are missing"), "{missing}");
+        assert!(missing.ends_with("or resources/start.txt was removed"), "{missing}");
         let exchanged = errors(&|files| {
             files.insert(
                 "binaries/darwin64/PUMP.dylib".into(),
