@@ -159,7 +159,8 @@ pub struct Suspect {
     pub changes: Vec<Change>,
     /// The change made during the recording, if any.
     pub since: Option<Since>,
-    /// If exactly one of the changes is to a number, the range of its values that explain the recording equally well.
+    /// The range of values that explain the recording equally well, if a single numeric setting was changed, from the
+    /// start or during the recording; `None` if the range is too narrow to report.
     pub range: Option<(f64, f64)>,
     /// Other settings that may be wrong instead or as well: changed together with another value of the suspect's
     /// setting, they explain the recording equally well.

@@ -61,7 +61,8 @@ pub struct TuneRequest {
     pub rule: Rule,
     /// P, PI or PID.
     pub structure: Structure,
-    /// The controller with its current settings, of which CYCLE, the normalization and the pulse former matter.
+    /// The controller with its current settings. The rules use its timing and scaling; the prediction and the remarks
+    /// use all settings.
     pub controller: Member,
     /// The closed-loop time constant in seconds, for the rules SIMC and lambda. By default, it is the dead time for
     /// SIMC (1.5 dead times in the table of all rules); for lambda, it is the plant's time constant or three dead

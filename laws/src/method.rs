@@ -331,9 +331,10 @@ impl Body<'_, '_> {
             values.push(self.number(argument, want)?);
         }
         if values.len() != signature.parameters.len() {
-            return Err(
-                self.error(span, format!("the number of arguments must be {} here", signature.parameters.len()))
-            );
+            return Err(self.error(
+                span,
+                format!("wrong number of arguments: expected {}, found {}", signature.parameters.len(), values.len()),
+            ));
         }
         for ((_, found), ty) in values.iter().zip(&signature.parameters) {
             if found != ty {

@@ -115,7 +115,9 @@ pub trait Component {
     /// # Errors
     /// The component can be accessed only through the FMI interface.
     fn force(&mut self, _reference: u32, _how: Force) -> Result<()> {
-        bail!("this FMU's variables cannot be forced: only blocks and programs that run without their FMU allow that")
+        bail!(
+            "FMI does not allow variables to be forced: to force those of a program, open its sources instead of its FMU"
+        )
     }
     /// Steps from `time` to `time + size`, in seconds.
     ///

@@ -181,7 +181,7 @@ impl<'a> Comparison<'a> {
         Ok(self.spread_of(&outputs, &self.others(variant, rows)?, variant.beginning))
     }
 
-    /// Repeats a run with other last digits of the inputs.
+    /// Repeats a run once per seed, varying the last digits of the inputs, and returns the outputs of each repetition.
     fn others(&self, variant: &Variant, rows: usize) -> Result<Vec<Vec<Vec<f64>>>> {
         SEEDS.iter().map(|seed| self.block.simulate(self.recording, variant, rows, Some(*seed))).collect()
     }

@@ -84,7 +84,7 @@ fn place_of(text: &str) -> Option<Place<'_>> {
 }
 
 impl<'a> Word<'a> {
-    /// The same element, left at its right side.
+    /// The same element without its place, so that the next wire starts at its right side.
     fn right(&self) -> Word<'a> {
         match self {
             Word::End { name, .. } => Word::End { name, place: None },

@@ -26,7 +26,7 @@ struct Page<'a> {
     /// Whether `diagram` is a block diagram.
     has_diagram: bool,
     has_boolean_terminals: bool,
-    /// Whether the block has variables of the types WORD, INT, REAL and LREAL, each of which the page then explains.
+    /// Whether the block has WORD variables; likewise for INT, REAL and LREAL below. The page explains only these types.
     has_words: bool,
     has_integers: bool,
     has_singles: bool,

@@ -35,7 +35,7 @@ pub struct Known {
     /// Its name in the catalogue.
     pub name: String,
     description: Arc<Description>,
-    /// The description of its block, if the FMU was made with `fmu::export!`.
+    /// The table of its block; `None` for a foreign FMU.
     table: Option<Arc<Table>>,
     part: LoopRole,
     source: Source,

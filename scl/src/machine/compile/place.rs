@@ -198,8 +198,8 @@ impl Compiler<'_> {
 impl Scope<'_> {
     /// Allocates a register.
     pub(super) fn take(&mut self) -> Result<Register, String> {
-        let register =
-            Register::try_from(self.next).map_err(|_| "an expression is too large; divide it".to_string())?;
+        let register = Register::try_from(self.next)
+            .map_err(|_| "an expression is too large: split it into several statements".to_string())?;
         self.next += 1;
         self.most = self.most.max(self.next);
         Ok(register)
