@@ -513,7 +513,7 @@ mod tests {
             report(&wrong, library).errors,
             [
                 "modelDescription.xml: variable \"CYCLE\": causality = parameter and variability = discrete are not \
-                 allowed together"
+                 allowed together: change one of them"
                     .to_string(),
                 format!("binaries/darwin64/PUMP.dylib: it does not export {}", FUNCTIONS[0])
             ]
