@@ -149,7 +149,7 @@ def test_what_is_said_of_a_program_is_data(client, folder):
 
     assert told("check", files=["motor.scl"]) == {"block": "Motor", "errors": [], "warnings": [], "remark": None}
     (error,) = told("check", files=["lamp.scl"])["errors"]
-    assert (error["file"], error["line"], error["message"]) == ("lamp.scl", 5, 'no tag declaration for "Halt" : BOOL')
+    assert (error["file"], error["line"], error["message"]) == ("lamp.scl", 5, 'no source declares the tag "Halt" : BOOL')
     assert error["help"].startswith('--tag "Halt : BOOL"')
     assert told("check", files=["lamp.scl"], assume="assumed.scl")["errors"] == []
     assert '"Halt"' in (folder / "assumed.scl").read_text()

@@ -89,7 +89,7 @@ def test_what_no_source_declares_is_assumed_once_written_and_read_again(plcfmu, 
     (tmp_path / "line").mkdir()
     (tmp_path / "line/Main.scl").write_text(PROGRAM, encoding="utf-8")
     refused = plcfmu("check", "line")
-    assert refused.returncode == 1 and 'no tag declaration for "Lamp"' in refused.stdout
+    assert refused.returncode == 1 and 'no source declares the tags "Lamp"' in refused.stdout
     built = plcfmu("build", "line", "--cycle=10ms", "--assume")
     assert built.returncode == 0, built.stderr
     told = [line for line in built.stderr.splitlines() if "assumed: " in line]

@@ -406,7 +406,7 @@ elements! {
         needs_execution_tool "needsExecutionTool": bool = false;
         /// Whether communication steps may differ in size.
         can_handle_variable_communication_step_size "canHandleVariableCommunicationStepSize": bool = false;
-        /// Whether `fmi2SetRealInputDerivatives` is supported.
+        /// Whether the host can set time derivatives of inputs.
         can_interpolate_inputs "canInterpolateInputs": bool = false;
         /// The highest order of output derivatives that the FMU provides; 0 if it provides none.
         max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
@@ -420,7 +420,7 @@ elements! {
         can_get_and_set_fmu_state "canGetAndSetFMUstate": bool = false;
         /// Whether a saved state can be serialized.
         can_serialize_fmu_state "canSerializeFMUstate": bool = false;
-        /// Whether `fmi2GetDirectionalDerivative` is supported.
+        /// Whether the FMU provides directional derivatives.
         provides_directional_derivative "providesDirectionalDerivative": bool = false;
     }
 

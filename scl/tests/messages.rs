@@ -228,7 +228,7 @@ fn calls_that_do_not_fit_are_refused() {
 fn names_that_no_source_declares_are_told_with_what_to_do() {
     refused(
         "#flag := \"Start\";",
-        "no tag declaration for \"Start\" : BOOL; --tag \"Start : BOOL\" makes it an input or output",
+        "no source declares the tag \"Start\" : BOOL; --tag \"Start : BOOL\" makes it an input or output",
     );
     refused(
         "IF \"A\" AND NOT \"B\" THEN \"C\" := 2.5; END_IF;",
@@ -253,6 +253,10 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
     assert_eq!(errors.len(), 11);
     let rest = "no source declares 2 more functions; plcfmu check --assume lists them all";
     assert!(errors[10].contains(rest), "{}", errors[10]);
+    // The last of eleven is named like the others.
+    let calls: String = (1..=11).map(|at| format!("\"Other{at:02}\"();")).collect();
+    let (errors, _) = told(&program("", &calls).0, None);
+    assert!(errors.len() == 11 && errors[10].contains("\"Other11\""), "{errors:?}");
     undeclarable(
         "x : \"typeMotor\";",
         "no source declares the type \"typeMotor\"; in TIA Portal: Generate source from blocks",

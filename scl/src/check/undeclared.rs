@@ -251,9 +251,11 @@ impl Compiler<'_> {
             .partition(|of| of.what == What::Variable && of.members().is_empty());
         others.sort_by_key(|of| (of.what as u8, of.span));
         for kind in others.chunk_by(|one, other| one.what == other.what) {
-            kind.iter().take(MOST_NAMES).for_each(|missing| self.tell_missing(missing));
-            if let Some(rest) = kind.get(MOST_NAMES) {
-                let (count, what) = (kind.len() - MOST_NAMES, kind[0].what.plural());
+            // A single one more is named, not counted.
+            let named = if kind.len() == MOST_NAMES + 1 { kind.len() } else { MOST_NAMES };
+            kind.iter().take(named).for_each(|missing| self.tell_missing(missing));
+            if let Some(rest) = kind.get(named) {
+                let (count, what) = (kind.len() - named, kind[0].what.plural());
                 let message = format!("no source declares {count} more {what}");
                 self.report.error_with(rest.span, message, Some(Remedy::ListMissing));
             }
@@ -300,7 +302,9 @@ impl Compiler<'_> {
             Some(_) => Remedy::ListMissing,
             None => Remedy::DeclareTag { name: first.name.clone(), of },
         };
-        self.report.error_with(first.span, format!("no tag declaration for {}", names.join(", ")), Some(help));
+        let plural = if tags.len() == 1 { "" } else { "s" };
+        let message = format!("no source declares the tag{plural} {}", names.join(", "));
+        self.report.error_with(first.span, message, Some(help));
     }
 }
 

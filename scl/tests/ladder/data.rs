@@ -65,7 +65,10 @@ fn instances_have_their_start_values() {
     let tag = "DATA_BLOCK \"Unused\" STRUCT a : BOOL; END_STRUCT; BEGIN END_DATA_BLOCK";
     let sources = [("b.xml", block), ("i.xml", instance), ("t.xml", timer), ("u.db", tag.to_string())];
     let errors = compiled(&sources).unwrap_err();
-    assert_eq!(errors[0].problems[0].message, "FB B, network 1: Coil \"Flag\": no tag declaration for \"Flag\" : BOOL");
+    assert_eq!(
+        errors[0].problems[0].message,
+        "FB B, network 1: Coil \"Flag\": no source declares the tag \"Flag\" : BOOL"
+    );
     let sources: Vec<parameters::Source> =
         sources.into_iter().map(|(name, text)| parameters::Source::new(name, text.into_bytes())).collect();
     let declared = vec![parameters::tags::Tag::new("Flag", "Bool")];

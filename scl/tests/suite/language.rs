@@ -76,8 +76,8 @@ const ROWS: &[Row] = &[
             j : LTOD; k : LDT; l : DTL; dt : DT; m : ARRAY[1..2, 0..1, 0..1, 0..1, 0..1, 0..1] OF INT; n : STRUCT x : INT; END_STRUCT; END_VAR
             BEGIN l := l + T#1s; END_FUNCTION_BLOCK"],
         refused: &[
-            ("FUNCTION_BLOCK S VAR x : S5TIME; END_VAR BEGIN END_FUNCTION_BLOCK", "use TON, TOF or TP"),
-            ("FUNCTION_BLOCK S VAR_INPUT x : COUNTER; END_VAR BEGIN END_FUNCTION_BLOCK", "use TON, TOF or TP"),
+            ("FUNCTION_BLOCK S VAR x : S5TIME; END_VAR BEGIN END_FUNCTION_BLOCK", "use IEC timers and counters: TON, TOF, TP, "),
+            ("FUNCTION_BLOCK S VAR_INPUT x : COUNTER; END_VAR BEGIN END_FUNCTION_BLOCK", "use IEC timers and counters: TON, TOF, TP, "),
             ("FUNCTION_BLOCK S VAR_TEMP x : VARIANT; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself, or ARRAY[*]"),
             ("FUNCTION_BLOCK S VAR_INPUT x : DB_ANY; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself, or ARRAY[*]"),
             ("FUNCTION_BLOCK S VAR x : TO_SpeedAxis; END_VAR BEGIN END_FUNCTION_BLOCK", "supply its values through inputs"),

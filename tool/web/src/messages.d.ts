@@ -1267,7 +1267,10 @@ export type Suspect = {
 changes: Array<Change>,
 /** The change made during the recording, if any. */
 since: Since | null,
-/** If exactly one of the changes is to a number, the range of its values that explain the recording equally well. */
+/**
+ * The range of values that explain the recording equally well, if a single numeric setting was changed, from the
+ * start or during the recording; `None` if the range is too narrow to report.
+ */
 range: [number, number] | null,
 /**
  * Other settings that may be wrong instead or as well: changed together with another value of the suspect's
@@ -1315,7 +1318,10 @@ model: Model,
 rule: Rule,
 /** P, PI or PID. */
 structure: Structure,
-/** The controller with its current settings, of which CYCLE, the normalization and the pulse former matter. */
+/**
+ * The controller with its current settings. The rules use its timing and scaling; the prediction and the remarks
+ * use all settings.
+ */
 controller: Member,
 /**
  * The closed-loop time constant in seconds, for the rules SIMC and lambda. By default, it is the dead time for
