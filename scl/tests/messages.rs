@@ -230,10 +230,7 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
         "#flag := \"Start\";",
         "no source declares the tag \"Start\" : BOOL; --tag \"Start : BOOL\" makes it an input or output",
     );
-    refused(
-        "IF \"A\" AND NOT \"B\" THEN \"C\" := 2.5; END_IF;",
-        "declaration for \"A\" : BOOL, \"B\" : BOOL, \"C\" : REAL;",
-    );
+    refused("IF \"A\" AND NOT \"B\" THEN \"C\" := 2.5; END_IF;", "the tags \"A\" : BOOL, \"B\" : BOOL, \"C\" : REAL;");
     refused("\"Data\".x := \"Data\".y[1].z;", "the data block \"Data\": Data.x, Data.y; export this DB as a source");
     refused(
         "\"Other\"(x := 1);",

@@ -78,8 +78,8 @@ const ROWS: &[Row] = &[
         refused: &[
             ("FUNCTION_BLOCK S VAR x : S5TIME; END_VAR BEGIN END_FUNCTION_BLOCK", "use IEC timers and counters: TON, TOF, TP, "),
             ("FUNCTION_BLOCK S VAR_INPUT x : COUNTER; END_VAR BEGIN END_FUNCTION_BLOCK", "use IEC timers and counters: TON, TOF, TP, "),
-            ("FUNCTION_BLOCK S VAR_TEMP x : VARIANT; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself, or ARRAY[*]"),
-            ("FUNCTION_BLOCK S VAR_INPUT x : DB_ANY; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself, or ARRAY[*]"),
+            ("FUNCTION_BLOCK S VAR_TEMP x : VARIANT; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself; for an array of any length, declare ARRAY[*]"),
+            ("FUNCTION_BLOCK S VAR_INPUT x : DB_ANY; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself; for an array of any length, declare ARRAY[*]"),
             ("FUNCTION_BLOCK S VAR x : TO_SpeedAxis; END_VAR BEGIN END_FUNCTION_BLOCK", "supply its values through inputs"),
         ],
     },
@@ -129,7 +129,7 @@ const ROWS: &[Row] = &[
             #edge(CLK := TRUE); RESET_TIMER(#timer); PRESET_TIMER(PT := T#1s, TIMER := #timer);"],
         refused: &[
             ("#i := S_ODT(T_NO := 1);", "use TON, TOF or TP"),
-            ("#i := S_CU(C_NO := 1);", "use CTU, CTD or CTUD"),
+            ("#i := S_CU(C_NO := 1);", "instead of S5 counters, CTU, CTD or CTUD"),
         ],
     },
     Row {
@@ -150,7 +150,7 @@ const ROWS: &[Row] = &[
             ("#i := BLKMOV(SRCBLK := #a, DSTBLK => #pair);", "BLKMOV copies between variables of the same type"),
             ("#i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 0, DEST => #chars);", "found INT and CHAR; copy them in a loop"),
             ("#i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 0, DEST => #i);", "between one-dimensional arrays, found INT"),
-            ("#w := GET_ERR_ID();", "stop the FMU, which reports file and line"),
+            ("#w := GET_ERR_ID();", "stops the FMU, which reports file and line"),
             ("#y := IS_ARRAY(#a);", "write the block once for each type"),
             ("#i := Serialize(SRC_VARIABLE := #pair);", "assign the variables themselves"),
             ("#i := RDREC(REQ := TRUE);", "supply its values through inputs"),
