@@ -386,7 +386,7 @@ def test_check_says_what_is_wrong_with_a_preset(plcfmu, preset, open_preset, tmp
         return done.stdout
 
     assert "one of them was changed or replaced" in verdict(start=start.replace("GAIN = 2.7", "GAIN = 3.7"))
-    assert "start values are missing" in verdict(start=None)
+    assert "start values, resources/start.txt, are missing" in verdict(start=None)
     assert '"CONT_S_PRESET"' in verdict(start=other)
     assert "resources/start.txt: line 1 is" in verdict(start="hello\n")
     changed = description.replace('start="60.5"', 'start="61.0"')
