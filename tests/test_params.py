@@ -176,7 +176,7 @@ def test_differences_are_told_by_loop_and_parameter(params, tmp_path):
 
 def test_a_loop_that_the_file_does_not_have_is_refused_with_those_that_it_has(params):
     done = params(FILES / "right" / "loops.json", "--loop", "TIC999")
-    assert done.stderr.endswith("loops.json; available: TIC101, YC1\n") and "no loop TIC999 in " in done.stderr
+    assert done.stderr == f"error: no loop TIC999 in {FILES / 'right' / 'loops.json'}; available: TIC101, YC1\n"
 
 
 def test_the_input_is_not_overwritten_and_an_unknown_ending_is_refused(params, tmp_path):

@@ -65,8 +65,8 @@ impl Identity<'_> {
         self.find(hash, |form| fingerprint::text(form.derive(hash)))
     }
 
-    /// Like [`Identity::form`], for a block's own hash. Compares with strings computed at compile time: computing one
-    /// takes longer than the rest of an instantiation.
+    /// Like [`Identity::form`], for a block's own hash. Compares with strings computed at compile time, so that no hash
+    /// is formatted when an instance is created.
     pub fn own_form<B: Block>(&self) -> Option<(usize, u128)> {
         self.find(Fingerprint::<B>::HASH, Guid::<B>::text)
     }
