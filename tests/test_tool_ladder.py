@@ -105,7 +105,7 @@ def test_a_name_leads_to_why_to_the_watch_table_and_to_the_networks_that_use_it(
     assert page.locator('[data-network="3"] .symbol.is-deciding').count() == 0
     # What declares it stands in the text.
     bar.get_by_role("button", name="declares it").click()
-    assert "run : Bool;" in page.locator(".program .line.is-target").inner_text()
+    assert "run : Bool;" in page.locator(".program .line.is-target").text_content()
 
 
 def test_fbd_is_drawn_as_boxes_and_the_text_is_there_too(open_tool):

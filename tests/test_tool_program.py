@@ -47,6 +47,7 @@ def drop(page, *files):
 
 
 def line(page, number):
+    """A line of the source. Read it with text_content: inner_text is empty until a frame lays out the section of the line."""
     return page.locator(f'.program [data-line="{number}"]')
 
 
@@ -129,7 +130,7 @@ def test_errors_stand_at_their_lines_and_the_corrected_source_runs(open_tool):
     refused.locator(".line.is-wrong").first.wait_for()
     at = next(number for number, text in enumerate(damaged.splitlines(), 1) if "#tTirp.Q" in text)
     assert "is-wrong" in line(page, at).get_attribute("class")
-    assert line(page, at).locator("mark").inner_text() == "#tTirp"
+    assert line(page, at).locator("mark").text_content() == "#tTirp"
     findings = refused.locator(".finding")
     assert findings.count() >= 2
     findings.last.click()
@@ -147,15 +148,15 @@ def test_the_values_of_a_line_stand_beside_it_while_the_program_runs(open_tool):
     press = page.get_by_role("button", name="One cycle")
     press.click()
     line(page, 6).locator(".value.is-false").wait_for()
-    assert line(page, 6).locator(".value").inner_text() == "up FALSE"
+    assert line(page, 6).locator(".value").text_content() == "up FALSE"
     assert "has-run" not in line(page, 7).get_attribute("class")
     set_input(page, "up", True)
     press.click()
     page.locator('.program [data-line="7"].has-run').wait_for()
-    assert line(page, 6).locator(".value").inner_text() == "up TRUE"
-    assert line(page, 7).locator(".values").inner_text().split() == ["count", "1", "step", "1"]
+    assert line(page, 6).locator(".value").text_content() == "up TRUE"
+    assert line(page, 7).locator(".value").all_text_contents() == ["count 1", "step 1"]
     # The element that the index names.
-    assert line(page, 8).locator(".values").inner_text().split() == ["a[count]", "1", "count", "1"]
+    assert line(page, 8).locator(".value").all_text_contents() == ["a[count] 1", "count 1"]
     assert line(page, 7).locator(".is-changed").count() == 1
     screenshot(page, "program-values")
 
@@ -168,7 +169,7 @@ def test_a_program_that_stops_says_so_at_its_line_and_begins_again(open_tool):
     page.get_by_role("button", name="Run", exact=True).click()
     stop = page.locator(".line-note.is-stop")
     stop.wait_for()
-    assert "index 4 is outside 1..3" in stop.inner_text()
+    assert "index 4 is outside 1..3" in stop.text_content()
     # It follows the line of the access.
     assert stop.evaluate("note => note.previousElementSibling.dataset.line") == "8"
     stop.get_by_role("button", name="Restart").click()
@@ -185,7 +186,7 @@ def test_a_loop_without_end_leaves_the_page_alive(open_tool):
     page.get_by_role("button", name="Run", exact=True).click()
     stop = page.locator(".line-note.is-stop")
     stop.wait_for()
-    assert "1000000 statements" in stop.inner_text()
+    assert "1000000 statements" in stop.text_content()
     set_input(page, "up", False)
     stop.get_by_role("button", name="Restart").click()
     page.get_by_role("button", name="One cycle").click()
@@ -213,7 +214,7 @@ def test_a_program_survives_a_reload_and_a_link_carries_it(open_tool):
     page.wait_for_function("() => (sessionStorage.getItem('plcfmu') ?? '').includes('\"calls\":2')")
     page.reload()
     wait_for_calls(page, 2)
-    assert page.locator(".program .source").inner_text().count("#count") == 3
+    assert page.locator(".program .source").text_content().count("#count") == 3
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.locator("#away-button").click()
     page.get_by_role("button", name="Copy link").click()
@@ -295,7 +296,7 @@ def test_a_corrected_program_takes_the_place_of_the_earlier_one_with_its_values(
     assert page.evaluate("async () => (await moduleOf('tool/store.js')).store.loop.settings.CYCLE.sent") == 0.5
     press.click()
     page.locator('.program [data-line="7"].has-run').wait_for()
-    assert line(page, 7).locator(".values").inner_text().split() == ["count", "2", "step", "2"]
+    assert line(page, 7).locator(".value").all_text_contents() == ["count 2", "step 2"]
 
 
 def test_the_card_of_the_first_page_runs_a_program(open_tool):
