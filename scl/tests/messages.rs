@@ -163,9 +163,11 @@ fn types_without_a_meaning_here_are_refused() {
     undeclarable("x : Array[0..2000000000] of LReal;", "this array needs more than 64 MiB, more than any CPU has");
     undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use multiple dimensions");
     undeclarable("x : Int := 'text';", "expected INT, found a string");
-    undeclarable("x : Array[0..1] of Int := [1, 2, 3];", "more start values than elements");
+    undeclarable("x : Array[0..1] of Int := [1, 2, 3];", "more start values than elements: the array has 2");
     undeclarable("x : Array[0..1] of Int := [5(1)];", "more start values than elements");
-    undeclarable("i : Int;", "i is declared twice");
+    undeclarable("i : Int;", "i is declared twice; rename or delete one of them");
+    undeclarable("x : Struct speed : Int; END_STRUCT := (sped := 1);", "has no member sped; did you mean speed?");
+    undeclarable("x : CONT_C := (GIAN := 2.5);", "the instance has no member GIAN; did you mean GAIN?");
     undeclarable("x : \"Main\";", "Main contains an instance of itself");
 }
 

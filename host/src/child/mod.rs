@@ -108,7 +108,7 @@ pub struct Process {
     replies: Receiver<Vec<u8>>,
     /// Receives the last output of the process when it ends; `None` if output is not kept.
     printed: Option<Receiver<Vec<u8>>>,
-    /// The messages logged so far: the name of the instance and the text.
+    /// The latest messages of each FMU: the name of the instance and the text.
     logged: Vec<(String, String)>,
     interrupted: Arc<AtomicBool>,
     has_ended: bool,
@@ -210,7 +210,7 @@ impl Process {
             match self.replies.recv_timeout(left.min(TICK)) {
                 Ok(message) => match postcard::from_bytes(&message) {
                     Ok(Sent::Reply(reply)) => return Ok(reply),
-                    Ok(Sent::Logged(name, text)) => self.logged.push((name, text)),
+                    Ok(Sent::Logged(name, text)) => keep(&mut self.logged, name, text),
                     Err(_) => return Err(self.disturbed()),
                 },
                 Err(_) if self.interrupted.load(Ordering::Relaxed) => {
@@ -373,6 +373,16 @@ fn send<T: Serialize>(to: &Mutex<File>, sent: &Sent<T>) -> Result<()> {
     Ok(framing::send(&mut *to, &message)?)
 }
 
+/// Adds a message, and keeps only the latest of its FMU, as many as [`Process::last_words`] shows: a run of hours may
+/// log one in every step.
+fn keep(logged: &mut Vec<(String, String)>, name: String, text: String) {
+    let own: Vec<_> = (0..logged.len()).filter(|&at| logged[at].0 == name).collect();
+    if own.len() == MOST_LOGGED {
+        logged.remove(own[0]);
+    }
+    logged.push((name, text));
+}
+
 /// Opens the channel to the parent process, lets `answer` process the requests, then exits.
 ///
 /// # Errors
@@ -411,5 +421,16 @@ mod tests {
         let starter = Starter { program, limit: Duration::from_secs(60), interrupted: Arc::default() };
         let mut process = starter.start("role", Prints::Dropped).unwrap();
         assert_eq!(process.receive::<()>(|_| false), Err(End::Ended(DISTURBED.into())));
+    }
+
+    #[test]
+    fn the_latest_messages_of_each_fmu_are_kept() {
+        let mut logged = Vec::new();
+        keep(&mut logged, "TANK".into(), "full".into());
+        for number in 1..=5 {
+            keep(&mut logged, "PUMP".into(), number.to_string());
+        }
+        let kept: Vec<_> = logged.iter().map(|(name, text)| format!("{name} {text}")).collect();
+        assert_eq!(kept, ["TANK full", "PUMP 3", "PUMP 4", "PUMP 5"]);
     }
 }

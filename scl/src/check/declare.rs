@@ -124,7 +124,8 @@ impl Compiler<'_> {
                 BlockKind::Type => self.structure(id),
                 BlockKind::FunctionBlock => self.interface(id, span).map_or(Type::Wrong, Type::Instance),
                 _ => {
-                    self.error(span, format!("{name} is not a type"), None);
+                    let help = "the type of a variable can be a TYPE or a FUNCTION_BLOCK";
+                    self.error(span, format!("{name} is not a type"), Some(help));
                     Type::Wrong
                 }
             };
@@ -263,7 +264,11 @@ impl Compiler<'_> {
             let of = self.member_type(member, file, symbols);
             for name in &member.names {
                 if !taken.insert(name.key()) {
-                    self.error(name.span, format!("{} is declared twice", name.text), None);
+                    self.error(
+                        name.span,
+                        format!("{} is declared twice", name.text),
+                        Some("rename or delete one of them"),
+                    );
                     continue;
                 }
                 starts.push(member.start.as_ref());
@@ -365,7 +370,11 @@ impl Compiler<'_> {
                 let of = self.member_type(member, id.0, &known);
                 for name in &member.names {
                     if !names.insert(name.key()) {
-                        self.error(name.span, format!("{} is declared twice", name.text), None);
+                        self.error(
+                            name.span,
+                            format!("{} is declared twice", name.text),
+                            Some("rename or delete one of them"),
+                        );
                         continue;
                     }
                     let in_instance = block.kind == BlockKind::FunctionBlock
@@ -513,7 +522,8 @@ impl Compiler<'_> {
                     }
                     _ => {
                         let name = &member.names[0];
-                        self.error(name.span, format!("the constant {} has no value", name.text), None);
+                        let help = "give it one, such as LIMIT : INT := 10;";
+                        self.error(name.span, format!("the constant {} has no value", name.text), Some(help));
                         Operand::Wrong(None)
                     }
                 };

@@ -3,9 +3,10 @@
 use crate::check::compiler::{Compiler, Operand, Parameter, Slot, Symbol};
 use crate::check::types::Type;
 use crate::front::lexer::Span;
-use crate::front::syntax::{ExpressionId, Expressions, PathStep, Start};
+use crate::front::syntax::{ExpressionId, Expressions, Name, PathStep, Start};
 use crate::ir::{Base, Expr, Place, Step, Type as Lowered};
 use crate::lower::Lowerer;
+use parameters::problem::nearest;
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -115,7 +116,9 @@ impl Starting<'_, '_> {
                 for (name, start) in members {
                     let number = structure.number(&name.key());
                     let Some(number) = number else {
-                        self.compiler.error(name.span, format!("{of} has no member {}", name.text), None);
+                        let help = did_you_mean(name, structure.fields.iter().map(|field| field.name.as_str()));
+                        let message = format!("{of} has no member {}", name.text);
+                        self.compiler.error(name.span, message, help.as_deref());
                         continue;
                     };
                     self.member(structure.record, number, &structure.fields[number].of, start, bytes);
@@ -142,7 +145,12 @@ impl Starting<'_, '_> {
                         Some(Parameter { of, slot: Slot::Member(number), .. }) => {
                             self.member(record, number, &of, start, bytes);
                         }
-                        _ => self.compiler.error(name.span, format!("the instance has no member {}", name.text), None),
+                        _ => {
+                            let stored = interface.members.iter().filter(|one| matches!(one.slot, Slot::Member(_)));
+                            let help = did_you_mean(name, stored.map(|one| one.name.as_str()));
+                            let message = format!("the instance has no member {}", name.text);
+                            self.compiler.error(name.span, message, help.as_deref());
+                        }
                     }
                 }
             }
@@ -272,7 +280,9 @@ impl Starting<'_, '_> {
             Some(part) => self.write(of, start, part),
             None => {
                 let span = self.span(start);
-                self.compiler.error(span, "more start values than elements", None);
+                let count = bytes.len() / size.max(1);
+                let message = format!("more start values than elements: the array has {count}");
+                self.compiler.error(span, message, None);
             }
         }
         // Report the first excess value only.
@@ -292,4 +302,9 @@ pub(crate) fn write_text(of: &Type, text: &[u16], bytes: &mut [u8]) {
             bytes[2 + number] = u8::try_from(*unit).unwrap_or(b'?');
         }
     }
+}
+
+/// A suggestion: the name most similar to a wrong one, if any.
+fn did_you_mean<'n>(wrong: &Name, names: impl Iterator<Item = &'n str>) -> Option<String> {
+    nearest(&wrong.text, names).map(|like| format!("did you mean {like}?"))
 }
