@@ -1,5 +1,8 @@
 //! Findings about a model description, as sentences, and the rules common to all FMI versions.
 
+use crate::description::{DefaultExperiment, DependencyKind};
+use crate::xml::lexical::is_xml;
+use std::cmp::Ordering;
 use std::collections::HashSet;
 use std::fmt::Debug;
 
@@ -53,6 +56,71 @@ impl Counted {
 pub(crate) fn repeated<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
     let mut seen = HashSet::new();
     names.filter(|name| !seen.insert(name.as_str())).collect()
+}
+
+/// Checks that each dependency has a kind, if any has.
+pub(crate) fn check_kinds(
+    dependencies: Option<&[u32]>,
+    kinds: Option<&[DependencyKind]>,
+    found: &mut impl FnMut(String),
+) {
+    let (kinds, dependencies) = (kinds.map(<[_]>::len), dependencies.map_or(0, <[_]>::len));
+    if let Some(kinds) = kinds.filter(|kinds| *kinds != dependencies) {
+        found(format!(
+            "dependenciesKind and dependencies differ in length ({kinds} and {dependencies}): give one kind for each \
+             dependency"
+        ));
+    }
+}
+
+/// Checks the model's name, identifier, description and default experiment.
+pub(crate) fn check_model(
+    name: &str,
+    identifier: Option<&str>,
+    description: Option<&str>,
+    experiment: Option<DefaultExperiment>,
+    forbidden: &mut Counted,
+    odd: &mut Counted,
+) {
+    if let Some(identifier) = identifier {
+        if !is_identifier(identifier) {
+            forbidden.push(format!(
+                "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, but no leading digit"
+            ));
+        }
+        if identifier != name {
+            odd.push(format!(
+                "modelIdentifier = {identifier:?} differs from modelName = {name:?}: name the library after the model"
+            ));
+        }
+    }
+    for (attribute, text) in [("modelName", Some(name)), ("description", description)] {
+        if let Some(character) = text.and_then(unwritable) {
+            forbidden.push(format!("{attribute}: XML cannot represent the character {character:?}: remove it"));
+        }
+    }
+    let experiment = experiment.unwrap_or_default();
+    for (attribute, value) in [("stepSize", experiment.step_size), ("tolerance", experiment.tolerance)] {
+        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            odd.push(format!("DefaultExperiment: {attribute} = {value:?}: it must be a positive number"));
+        }
+    }
+    if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
+        && start.partial_cmp(&stop) != Some(Ordering::Less)
+    {
+        odd.push(format!("DefaultExperiment: stopTime = {stop:?}: it must be later than startTime = {start:?}"));
+    }
+}
+
+/// A sentence about a variable whose name or description XML cannot represent.
+pub(crate) fn check_texts(name: &str, description: Option<&str>) -> Option<String> {
+    let character = unwritable(name).or_else(|| description.and_then(unwritable))?;
+    Some(format!("XML cannot represent the character {character:?} in its name or description: remove it"))
+}
+
+/// The first character that XML cannot represent.
+fn unwritable(text: &str) -> Option<char> {
+    text.chars().find(|character| !is_xml(*character))
 }
 
 /// Reports an empty range or a start value outside it. A NaN is reported if there is another value to compare it with.

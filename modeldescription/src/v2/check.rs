@@ -5,9 +5,8 @@ use super::description::{
     Unit, Unknown, Variability, Variable, VariableNamingConvention,
 };
 use crate::error::shortened;
-use crate::findings::{Counted, check_range, is_identifier, is_structured_name, repeated};
+use crate::findings::{self, Counted, check_kinds, check_range, check_texts, is_structured_name, repeated};
 pub use crate::findings::{Findings, MOST_FINDINGS};
-use crate::xml::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
 
 /// All mistakes in a model description that a schema does not detect but that may mislead a host, one sentence each.
@@ -216,62 +215,24 @@ fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)
     if let Some(dependency) = dependencies.find(|dependency| !is_index(**dependency, count)) {
         found(format!("dependencies has {dependency}: no such variable; the indices are 1 to {count}"));
     }
-    if let Some(kinds) = &unknown.dependencies_kind {
-        let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));
-        if kinds != dependencies {
-            found(format!(
-                "dependenciesKind and dependencies differ in length ({kinds} and {dependencies}): give one \
-                 kind for each dependency"
-            ));
-        }
-    }
+    check_kinds(unknown.dependencies.as_deref(), unknown.dependencies_kind.as_deref(), found);
 }
 
-/// Checks names, strings and the default experiment.
+/// Checks names, texts, the identifier of the table and the default experiment.
 fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mut Counted) {
-    let name = &description.model_name;
-    if let Some(identifier) = description.model_identifier() {
-        if !is_identifier(identifier) {
-            forbidden.push(format!(
-                "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, but no leading digit"
-            ));
-        }
-        if identifier != name {
-            odd.push(format!(
-                "modelIdentifier = {identifier:?} differs from modelName = {name:?}: name the library after the model"
-            ));
-        }
-    }
+    let ModelDescription { model_name, description: text, default_experiment, .. } = description;
+    let identifier = description.model_identifier();
+    findings::check_model(model_name, identifier, text.as_deref(), *default_experiment, forbidden, odd);
     if description.guid.is_empty() {
         odd.push("guid is empty: it must be the GUID that the library expects".into());
     }
     if description.model_variables.is_empty() {
         forbidden.push("there are no variables: the schema requires at least one".into());
     }
-    let texts = [("modelName", Some(name)), ("description", description.description.as_ref())];
-    for (attribute, text) in texts {
-        if let Some(character) = text.and_then(|text| text.chars().find(|character| !is_xml(*character))) {
-            forbidden.push(format!("{attribute}: XML cannot represent the character {character:?}: remove it"));
-        }
-    }
     for variable in &description.model_variables {
-        let mut texts = variable.name.chars().chain(variable.description.iter().flat_map(|text| text.chars()));
-        if let Some(character) = texts.find(|character| !is_xml(*character)) {
-            let sentence =
-                format!("XML cannot represent the character {character:?} in its name or description: remove it");
+        if let Some(sentence) = check_texts(&variable.name, variable.description.as_deref()) {
             forbidden.push(about(variable, &sentence));
         }
-    }
-    let experiment = description.default_experiment.unwrap_or_default();
-    for (attribute, value) in [("stepSize", experiment.step_size), ("tolerance", experiment.tolerance)] {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            odd.push(format!("DefaultExperiment: {attribute} = {value:?}: it must be a positive number"));
-        }
-    }
-    if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
-        && start.partial_cmp(&stop) != Some(std::cmp::Ordering::Less)
-    {
-        odd.push(format!("DefaultExperiment: stopTime = {stop:?}: it must be later than startTime = {start:?}"));
     }
 }
 

@@ -7,8 +7,7 @@ use super::description::{
 };
 use crate::description::Initial;
 use crate::error::shortened;
-use crate::findings::{Counted, Findings, check_range, is_identifier, is_structured_name, repeated};
-use crate::xml::lexical::is_xml;
+use crate::findings::{self, Counted, Findings, check_kinds, check_range, check_texts, is_structured_name, repeated};
 use std::collections::{HashMap, HashSet};
 
 /// All mistakes in a model description that a schema does not detect but that may mislead a host, one sentence each, as
@@ -110,15 +109,7 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
         if let Some(missing) = all.find(|one| !references.contains_key(one)) {
             about(format!("no variable has the value reference {missing}: add the variable, or remove the reference"));
         }
-        if let Some(kinds) = &unknown.dependencies_kind {
-            let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));
-            if kinds != dependencies {
-                about(format!(
-                    "dependenciesKind and dependencies differ in length ({kinds} and {dependencies}): give one \
-                     kind for each dependency"
-                ));
-            }
-        }
+        check_kinds(unknown.dependencies.as_deref(), unknown.dependencies_kind.as_deref(), &mut about);
     }
 }
 
@@ -242,21 +233,11 @@ fn check_typed(
     }
 }
 
-/// Checks names, strings and the default experiment.
+/// Checks names, texts, the token, the time and the default experiment.
 fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mut Counted) {
-    let name = &description.model_name;
-    if let Some(identifier) = description.model_identifier() {
-        if !is_identifier(identifier) {
-            forbidden.push(format!(
-                "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, but no leading digit"
-            ));
-        }
-        if identifier != name {
-            odd.push(format!(
-                "modelIdentifier = {identifier:?} differs from modelName = {name:?}: name the library after the model"
-            ));
-        }
-    }
+    let ModelDescription { model_name, description: text, default_experiment, .. } = description;
+    let identifier = description.model_identifier();
+    findings::check_model(model_name, identifier, text.as_deref(), *default_experiment, forbidden, odd);
     if description.instantiation_token.is_empty() {
         odd.push("instantiationToken is empty: it must be the token that the library expects".into());
     }
@@ -265,31 +246,11 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
         1 => {}
         count => forbidden.push(format!("{count} variables are independent: exactly one must be, the time")),
     }
-    let texts = [("modelName", Some(name)), ("description", description.description.as_ref())];
-    for (attribute, text) in texts {
-        if let Some(character) = text.and_then(|text| text.chars().find(|character| !is_xml(*character))) {
-            forbidden.push(format!("{attribute}: XML cannot represent the character {character:?}: remove it"));
-        }
-    }
     for variable in &description.model_variables {
         let own = &variable.common;
-        let mut texts = own.name.chars().chain(own.description.iter().flat_map(|text| text.chars()));
-        if let Some(character) = texts.find(|character| !is_xml(*character)) {
-            let sentence =
-                format!("XML cannot represent the character {character:?} in its name or description: remove it");
+        if let Some(sentence) = check_texts(&own.name, own.description.as_deref()) {
             forbidden.push(about(variable, &sentence));
         }
-    }
-    let experiment = description.default_experiment.unwrap_or_default();
-    for (attribute, value) in [("stepSize", experiment.step_size), ("tolerance", experiment.tolerance)] {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            odd.push(format!("DefaultExperiment: {attribute} = {value:?}: it must be a positive number"));
-        }
-    }
-    if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
-        && start.partial_cmp(&stop) != Some(std::cmp::Ordering::Less)
-    {
-        odd.push(format!("DefaultExperiment: stopTime = {stop:?}: it must be later than startTime = {start:?}"));
     }
     if let Some(step) = description.co_simulation.as_ref().and_then(|own| own.fixed_internal_step_size)
         && !(step.is_finite() && step > 0.0)
