@@ -92,7 +92,7 @@ def folder(tmp_path_factory):
     shutil.copy(EXAMPLES / "interlock.s7dcl", folder / "sd")
     (folder / "sd/interlock.s7res").symlink_to(outside / "secret.scl")
     for number, source in enumerate(["../secret.scl", "link.scl", str(outside / "secret.scl")]):
-        (folder / f"sub/{number}.toml").write_text(f'sources = ["../{source}"]\ncycle = "1s"\n[[case]]\nname = "a"\nsteps = []\n')
+        (folder / f"sub/{number}.toml").write_text(f'sources = ["../{source}"]\ncycle = "1s"\n[[case]]\nname = "a"\nsteps = [{{ at = "0s" }}]\n')
         (folder / f"{number}_loop.toml").write_text(f'[fmus.B]\nsources = ["{source}"]\ncycle = "1s"\n')
         (folder / f"{number}.txt").write_text(f'sources = ["{source}"]\ncycle = "1s"\n')
     return folder

@@ -451,6 +451,31 @@ def test_a_new_program_checks_passes_its_test_and_is_packed(command, tmp_path):
     assert (folder / "MY_PUMP.fmu").is_file()
 
 
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        (("test", "pump.toml", "--junit=pump.scl"), "pump.scl is read by this command: write to another file"),
+        (("test", "pump.toml", "--coverage=pump.toml"), "pump.toml is read by this command: write to another file"),
+        (("test", "pump.toml", "--junit=a", "--coverage=a"), "a is given for two outputs: give each its own file"),
+        (("check", "pump.scl", "--assume=pump.scl"), "pump.scl is a source of the program: choose another file for --assume"),
+    ],
+)
+def test_a_program_and_its_test_are_not_overwritten(given, says, command, tmp_path):
+    source = 'FUNCTION_BLOCK "Pump"\nVAR_OUTPUT on : Bool; END_VAR\nBEGIN\n#on := "Start";\nEND_FUNCTION_BLOCK\n'
+    test = 'cycle = "1s"\ntags = ["Start : Bool"]\n[[case]]\nname = "stops"\nsteps = [{ at = "0s", expect = { on = false } }]\n'
+    (tmp_path / "pump.scl").write_text(source, encoding="utf-8")
+    (tmp_path / "pump.toml").write_text(test, encoding="utf-8")
+    done = subprocess.run([command, *given], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1 and says in done.stderr, done.stderr
+    assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {"pump.scl": source, "pump.toml": test}
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no device that is always full")
+def test_a_message_that_cannot_be_written_changes_no_exit_code(command, tmp_path):
+    with open("/dev/full", "wb") as full:
+        assert subprocess.run([command, "check", "missing.fmu"], cwd=tmp_path, stderr=full).returncode == 3
+
+
 def test_python_builds_a_program_and_raises_what_is_wrong_with_it(command, tmp_path, monkeypatch):
     monkeypatch.setenv("PLCFMU_COMMAND", str(command))
     monkeypatch.setenv("PLCFMU_FMUS", str(host.FOLDER))

@@ -94,7 +94,7 @@ def test_what_no_source_declares_is_assumed_once_written_and_read_again(plcfmu, 
     assert built.returncode == 0, built.stderr
     told = [line for line in built.stderr.splitlines() if "assumed: " in line]
     assert sorted(line.split('"')[1] for line in told) == ["Lamp", "Line", "Start", "TSEND_C"]
-    assert 'line/Main.scl:7: assumed: "Lamp" is output of type BOOL' in [line.replace("\\", "/") for line in told]
+    assert 'line/Main.scl:7: assumed: "Lamp" is an output of type BOOL' in [line.replace("\\", "/") for line in told]
     found = interface(tmp_path / "Main.fmu")
     causality = {name: of[0] for name, of in found.items()}
     assert causality["Start"] == causality["Line.ready"] == causality["Connection.DONE"] == "input"

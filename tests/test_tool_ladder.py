@@ -166,7 +166,7 @@ def test_what_a_project_lacks_is_assumed_after_a_look_at_the_list(open_tool, tmp
     button = page.locator(".assumptions button.primary")
     button.wait_for()
     assert "names without a declaration" in page.locator(".assumptions summary").inner_text()
-    assert "Batch running is output of type BOOL Main.scl, line 13" in page.locator(".assumption-list").inner_text()
+    assert "Batch running is an output of type BOOL Main.scl, line 13" in page.locator(".assumption-list").inner_text()
     # What is only read is taken for an input; who knows better writes what it is.
     page.get_by_label("Declaration of EMPTY").fill("VAR_GLOBAL CONSTANT\n   EMPTY : REAL := 2.0;\nEND_VAR")
     button.click()

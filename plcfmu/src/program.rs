@@ -42,13 +42,21 @@ pub fn has_source(manifest: &Manifest, file: &Path) -> Result<bool> {
     Ok(Files::new(&manifest.sources)?.sources.iter().any(is_same))
 }
 
+/// The files of a program: its sources and its tag tables, named or below a named folder.
+///
+/// # Errors
+/// A folder cannot be read, or has no source.
+pub fn files(manifest: &Manifest) -> Result<Vec<PathBuf>> {
+    let Files { sources, tables } = Files::new(&manifest.sources)?;
+    Ok([sources, tables].concat())
+}
+
 /// The sources and the tag tables below a folder: the files from which `plcfmu run` builds its program.
 ///
 /// # Errors
 /// The folder cannot be read, or has no source.
 pub fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
-    let Files { sources, tables } = Files::new(&[folder.to_path_buf()])?;
-    Ok([sources, tables].concat())
+    files(&Manifest { sources: vec![folder.to_path_buf()], ..Manifest::default() })
 }
 
 /// Whether a path belongs to a program: a source, a tag table, or a folder with sources that is not a crate.

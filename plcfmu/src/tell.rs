@@ -1,10 +1,10 @@
 //! Messages in addition to a command's results: errors, warnings, remarks and notes, on standard error.
 
 use crate::exit::{Differs, Wrong};
-use anstream::eprintln;
 use anyhow::Error;
 use clap::builder::styling::{AnsiColor, Style};
 use parameters::problem::each_drawn;
+use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use study::Interrupted;
 
@@ -49,7 +49,7 @@ pub fn error(error: &Error) {
     if let Some(Wrong(problems)) = error.downcast_ref() {
         each_drawn(problems).for_each(|problem| line("error", AnsiColor::Red, &problem));
     } else if error.is::<Interrupted>() {
-        eprintln!("{error}");
+        raw(&format!("{error}\n"));
     } else if !error.is::<Differs>() {
         line("error", AnsiColor::Red, &format!("{error:#}"));
     }
@@ -73,8 +73,13 @@ pub fn note(text: &str) {
 /// Prints a line of text without a kind, such as a message logged by an FMU.
 pub fn text(text: &str) {
     if !is_quiet() {
-        eprintln!("{}", plain(text));
+        raw(&format!("{}\n", plain(text)));
     }
+}
+
+/// Prints text on standard error. If nobody reads it any more, such as after `2>&1 | head`, the command goes on.
+pub fn raw(text: &str) {
+    let _ = anstream::stderr().write_all(text.as_bytes());
 }
 
 fn beside(kind: &str, color: AnsiColor, text: &str) {
@@ -85,7 +90,7 @@ fn beside(kind: &str, color: AnsiColor, text: &str) {
 
 fn line(kind: &str, color: AnsiColor, text: &str) {
     let style = Style::new().bold().fg_color(Some(color.into()));
-    eprintln!("{style}{kind}:{style:#} {}", shortened(&plain(text.trim_end())));
+    raw(&format!("{style}{kind}:{style:#} {}\n", shortened(&plain(text.trim_end()))));
 }
 
 /// Shortens words of more than 5000 bytes, such as a name in a damaged file, to 200 characters. No path is that long.

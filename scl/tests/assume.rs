@@ -65,7 +65,7 @@ fn tags_are_inputs_or_outputs_by_their_use() {
     assert_eq!(always.what, "system or clock memory at %M1.2");
     let text = block("\"Lamp\" := \"Start\";");
     let lamp = assumptions(&text).into_iter().find(|of| of.name == "Lamp").unwrap();
-    assert_eq!((lamp.what.as_str(), lamp.at), ("output of type BOOL", (0, text.find("\"Lamp\"").unwrap() as u32)));
+    assert_eq!((lamp.what.as_str(), lamp.at), ("an output of type BOOL", (0, text.find("\"Lamp\"").unwrap() as u32)));
 }
 
 #[test]
@@ -248,11 +248,11 @@ fn an_absolute_address_is_the_tag_that_has_it() {
     assert_eq!(
         told,
         [
-            "%I0.4 is tag at %I0.4",
-            "%IW64 is tag at %IW64",
-            "%QB2 is tag at %QB2",
-            "Lamp is output of type BOOL",
-            "%MW10 is tag at %MW10"
+            "%I0.4 is a tag at %I0.4",
+            "%IW64 is a tag at %IW64",
+            "%QB2 is a tag at %QB2",
+            "Lamp is an output of type BOOL",
+            "%MW10 is a tag at %MW10"
         ]
     );
     let expected = expected(&[

@@ -159,7 +159,7 @@ fn types_without_a_meaning_here_are_refused() {
     }
     undeclarable("x : TO_SpeedAxis;", "it depends on hardware: supply its values through inputs");
     undeclarable("x : PID_Compact;", "its control law is not published; use one of CONT_C");
-    undeclarable("x : Array[3..1] of Int;", "3..1 is not a range of DINT values");
+    undeclarable("x : Array[3..1] of Int;", "3..1 is not a range of DINT values; write the lower bound first");
     undeclarable("x : Array[0..2000000000] of LReal;", "this array needs more than 64 MiB, more than any CPU has");
     undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use multiple dimensions");
     undeclarable("x : Int := 'text';", "expected INT, found a string");
@@ -319,7 +319,11 @@ fn what_may_surprise_is_told() {
     warned("#r := #i * 0.1;", "LREAL is converted to REAL: the value is rounded");
     warned(
         "#i := INT#1 + 50000;",
-        "50000 does not fit in INT: it becomes -15536; give the constant a type, such as DINT#50000",
+        "50000 does not fit in INT: it becomes -15536; use a wider type for the variable, such as DINT",
+    );
+    warned(
+        "#i := DINT#40000;",
+        "40000 does not fit in INT: it becomes -25536; use a wider type for the variable, such as DINT",
     );
     warned("#i := #d;", "DINT is converted to INT: the high bits are lost");
     warned("#u := #i;", "INT is converted to UINT: a negative number becomes a large one");

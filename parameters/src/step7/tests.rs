@@ -392,7 +392,7 @@ fn a_slip_in_a_block_with_another_number_is_told_and_does_not_cost_the_loop() {
         "DATA_BLOCK DB 3\nFB 333\nBEGIN\n TH_TZ := 4; TR_TZ := 5,5; SET := TRUE;\nEND_DATA_BLOCK",
         &[
             "plant.awl:2:1: `FB333` is not a known block; if it is FAN, which has the same members, specify --block FAN",
-            "plant.awl:4:24: expected `;` after this value, found `,`; use a decimal point: 1.5",
+            "plant.awl:4:24: expected `;` after this value, found `,`; write a decimal point, not a comma",
         ],
     );
 }
@@ -471,7 +471,7 @@ END_DATA_BLOCK
              `S5T#20S`, which is an S5TIME; write T# instead of S5T#",
             "plant.awl:6:13: STEPS: expected an INT from -32768 to 32767, found `40000`",
             "plant.awl:7:11: expected `:=` after `MAN_ON`, found `=`",
-            "plant.awl:8:15: expected `;` after this value, found `,`; use a decimal point: 1.5",
+            "plant.awl:8:15: expected `;` after this value, found `,`; write a decimal point, not a comma",
             "plant.awl:9:17: expected `;` after this value",
         ],
     );

@@ -100,7 +100,7 @@ fn end_of_statement(tokens: &mut Tokens) -> Result<(), SyntaxError> {
         let span = tokens.previous_end()..tokens.previous_end();
         return Err(SyntaxError { span, message: "expected `;` after this value".to_string(), help: None });
     }
-    let help = tokens.next_is_symbol(",").then(|| "use a decimal point: 1.5".to_string());
+    let help = tokens.next_is_symbol(",").then(|| "write a decimal point, not a comma".to_string());
     Err(SyntaxError { help, ..expected(tokens, "`;` after this value") })
 }
 

@@ -137,7 +137,7 @@ pub fn compile_once(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<(Plat
 /// Forwards cargo's output to standard error except for the line "Finished", the only one if nothing had to be built.
 fn pass_on(said: impl Read) {
     let lines = BufReader::new(said).lines().map_while(Result::ok);
-    lines.filter(|line| !line.trim_start().starts_with("Finished ")).for_each(|line| eprintln!("{line}"));
+    lines.filter(|line| !line.trim_start().starts_with("Finished ")).for_each(|line| tell::raw(&format!("{line}\n")));
 }
 
 /// Runs a cargo build command for `crates`, and returns the paths of their libraries, by package.
@@ -247,7 +247,7 @@ pub fn artifacts_for(build: &mut Command, platform: &Platform) -> Result<Vec<Art
             target = platform.target
         ),
         messages => {
-            eprint!("{}", messages.unwrap_or_default());
+            tell::raw(&messages.unwrap_or_default());
             error
         }
     })

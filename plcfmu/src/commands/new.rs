@@ -1,6 +1,7 @@
 //! `plcfmu new`: creates a crate for a user's own block, or a program in SCL.
 
 use crate::build::template::{self, Names};
+use crate::tell;
 use anyhow::{Context, Result};
 use std::fs;
 use std::io::{IsTerminal, stderr, stdin};
@@ -85,7 +86,7 @@ fn a_path_with_a_blank_is_one_word_for_a_shell() {
 
 /// Asks the user for the licence; `None` leaves it open.
 fn ask() -> Result<Option<String>> {
-    eprint!("Licence of the block, such as MIT (Enter leaves it open): ");
+    tell::raw("Licence of the block, such as MIT (Enter leaves it open): ");
     let mut answer = String::new();
     stdin().read_line(&mut answer)?;
     Ok(Some(answer.trim().to_string()).filter(|license| !license.is_empty()))

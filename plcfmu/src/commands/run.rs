@@ -8,6 +8,7 @@ use crate::exit::Unreadable;
 use crate::interruption;
 use crate::progress::Progress;
 use crate::tell;
+use ::program::survey::counted;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use control::figures::{Cause, Happened};
 use host::child::run::Finished;
@@ -201,7 +202,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     let text = format!("{}\n", lines.join("\n"));
     if to_stdout {
-        eprint!("{text}");
+        tell::raw(&text);
         return Ok(());
     }
     print(&text)
@@ -325,7 +326,8 @@ fn summary(plan: &Plan, steps: usize, took: f64) -> String {
     let proposed =
         plan.step_proposed_by.map_or_else(String::new, |member| format!(", as {} proposes", plan.members[member].name));
     format!(
-        "{steps} steps of {step} s{proposed}, from {} s to {} s, in {took:.3} s ({:.0} steps/s)",
+        "{} of {step} s{proposed}, from {} s to {} s, in {took:.3} s ({:.0} steps/s)",
+        counted(steps, "step", "steps"),
         plan.start,
         plan.time(steps),
         steps as f64 / took.max(1e-9)

@@ -3,6 +3,7 @@
 use super::{print, replacing, system};
 use crate::package::ssp::{self, Version};
 use crate::tell;
+use ::program::survey::counted;
 use anyhow::{Result, bail, ensure};
 use host::package::temporary;
 use std::io::Write;
@@ -51,11 +52,11 @@ pub fn run(options: &Options) -> Result<()> {
     }
     replacing(out, || temporary::place(out, |to| Ok(to.write_all(&ssp.bytes)?), |_| Ok(())))?;
     print(&format!(
-        "{}: {} components with {} connectors, {} connections, {} FMUs\n",
+        "{}: {} with {}, {}, {}\n",
         out.display(),
-        system.members.len(),
-        ssp.connectors,
-        system.connections.len(),
-        ssp.fmus
+        counted(system.members.len(), "component", "components"),
+        counted(ssp.connectors, "connector", "connectors"),
+        counted(system.connections.len(), "connection", "connections"),
+        counted(ssp.fmus, "FMU", "FMUs")
     ))
 }

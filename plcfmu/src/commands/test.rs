@@ -4,6 +4,7 @@ use super::print;
 use crate::package::program::Refused;
 use crate::program::{self, trial};
 use anyhow::{Context, Result, bail, ensure};
+use host::package::temporary;
 use parameters::problem::drawn;
 use serde_json::{Value, json};
 use std::fs;
@@ -64,12 +65,19 @@ pub fn run(options: &Options) -> Result<()> {
         path.display(),
         files.len()
     );
+    let trials = files.iter().map(|file| trial::File::read(file)).collect::<Result<Vec<_>>>()?;
+    let mut inputs = files.clone();
+    for trial in &trials {
+        inputs.extend(program::files(&trial.manifest)?);
+    }
+    let outputs = [&options.junit, &options.coverage].into_iter().flatten();
+    temporary::check_outputs(outputs.map(PathBuf::as_path), inputs.iter().map(PathBuf::as_path))?;
     let (mut cases, mut told) = (Vec::new(), Vec::new());
-    for file in &files {
+    for (path, file) in files.iter().zip(&trials) {
         if files.len() > 1 && !options.json {
-            print(&format!("{}\n", file.display()))?;
+            print(&format!("{}\n", path.display()))?;
         }
-        cases.extend(run_file(file, options, &mut told)?);
+        cases.extend(run_file(path, file, options, &mut told)?);
     }
     if options.json {
         print(&format!("{:#}\n", Value::Array(told)))?;
@@ -84,9 +92,8 @@ pub fn run(options: &Options) -> Result<()> {
 }
 
 /// Runs the cases of a file, and appends their results to `told`, the list for `--json`.
-fn run_file(path: &Path, options: &Options, told: &mut Vec<Value>) -> Result<Vec<junit::Case>> {
+fn run_file(path: &Path, file: &trial::File, options: &Options, told: &mut Vec<Value>) -> Result<Vec<junit::Case>> {
     let say = |text: &str| if options.json { Ok(()) } else { print(text) };
-    let file = trial::File::read(path)?;
     let parts = program::parts(&file.manifest)?;
     if let Some(table) = program::survey::describe(&file.manifest.sources, &parts) {
         say(&table)?;
@@ -102,7 +109,7 @@ fn run_file(path: &Path, options: &Options, told: &mut Vec<Value>) -> Result<Vec
     let mut trial = trial::Trial::new(compiled)?;
     let mut cases = Vec::new();
     for case in &file.cases {
-        let problem = trial.run(&file, case)?;
+        let problem = trial.run(file, case)?;
         let verdict = problem.as_ref().map_or_else(|| "ok".to_string(), |problem| format!("FAILED: {problem}"));
         say(&format!("{}: {verdict}\n", case.name))?;
         cases.push(junit::Case { name: case.name.clone(), text: problem.clone().unwrap_or_default(), problem });

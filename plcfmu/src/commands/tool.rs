@@ -84,7 +84,7 @@ pub fn run(options: &Options) -> Result<()> {
     server.run(page, collection, Box::new(given), || {
         // A closed standard output does not stop the server.
         let _ = print(&format!("{url}\n"));
-        eprintln!("Press Ctrl-C to stop.");
+        tell::raw("Press Ctrl-C to stop.\n");
         if let Some(door) = &door
             && open::that_detached(door.path()).is_err()
         {

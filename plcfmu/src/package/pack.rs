@@ -363,11 +363,11 @@ fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Opti
     match sources::generate(workspace, fmu_crate, &Library::open(here)?, interface, version.door()) {
         Ok(text) => Ok(Some(text)),
         Err(why) => {
-            eprintln!(
-                "note: {} is packed without C: {why:#}; write the law so that plcfmu can read it, or omit the C source \
+            tell::note(&format!(
+                "{} is packed without C: {why:#}; write the law so that plcfmu can read it, or omit the C source \
                  with sources = false under [package.metadata.plcfmu] in the Cargo.toml of {}",
                 interface.table.name, fmu_crate.name
-            );
+            ));
             Ok(None)
         }
     }

@@ -1,7 +1,7 @@
 //! Test cases of a program: inputs over time, and expectations.
 
 use ::program::TextPlace;
-use anyhow::{Context, Error, Result, anyhow, bail};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use blocks::TextType;
 use draw::escape::Text;
 use manifest::{Manifest, constant, declaration, tag};
@@ -55,7 +55,7 @@ struct Content {
 pub struct Case {
     /// Its name.
     pub name: String,
-    steps: Vec<Spanned<Step>>,
+    steps: Spanned<Vec<Spanned<Step>>>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -107,7 +107,13 @@ impl File {
         if cycle <= 0 {
             bail!("{}: the cycle must be greater than 0", at(&content.cycle));
         }
-        let cases = content.case.clone();
+        let cases = content.case;
+        if cases.is_empty() {
+            bail!("{}: the file has no test case: add [[case]] with a name and steps", source.file);
+        }
+        if let Some(empty) = cases.iter().find(|case| case.steps.get_ref().is_empty()) {
+            bail!("{}: {} has no steps: add at least one", file::place(&source, empty.steps.span()), empty.name);
+        }
         Ok(File { source, manifest, cases, cycle })
     }
 
@@ -119,8 +125,9 @@ impl File {
 
     /// The number of the first call at or after a time, such as `2s`. Call 0 is at 0 s.
     fn call(&self, time: &str) -> Result<i64> {
-        let time = nanoseconds(time)?;
-        Ok((time.max(0) + self.cycle - 1) / self.cycle)
+        let nanoseconds = nanoseconds(time)?;
+        ensure!(nanoseconds >= 0, "{time:?} is negative: a case begins at 0s");
+        Ok(nanoseconds.div_euclid(self.cycle) + i64::from(nanoseconds.rem_euclid(self.cycle) > 0))
     }
 }
 
@@ -206,7 +213,7 @@ impl Trial {
         self.machine.restart();
         let mut settings: BTreeMap<i64, Vec<Given>> = BTreeMap::new();
         let mut expectations = Vec::new();
-        for step in &case.steps {
+        for step in case.steps.get_ref() {
             let (setting, expectation) = self.step(file, step).with_context(|| file.place(step))?;
             settings.entry(expectation.first).or_default().extend(setting);
             expectations.push(expectation);
@@ -252,8 +259,14 @@ impl Trial {
             (None, None) => first,
             (Some(_), Some(_)) => bail!("a step can have `within` or `until`, but not both"),
         };
-        if last < first {
-            bail!("`until` is before `at`");
+        ensure!(last >= first, "`until` is before `at`");
+        let is_range = content.within.is_some() || content.until.is_some() || content.tolerance.is_some();
+        ensure!(
+            !(is_range && content.expect.is_empty()),
+            "`within`, `until` and `tolerance` are for expected values: add `expect`"
+        );
+        if let Some(tolerance) = content.tolerance.filter(|tolerance| !(tolerance.is_finite() && *tolerance >= 0.0)) {
+            bail!("the tolerance must be 0 or more, not {tolerance}");
         }
         let mut setting = Vec::new();
         for (name, given) in &content.set {
@@ -324,7 +337,13 @@ impl Slot {
 
 /// A value of a test case, converted to the type of its variable.
 fn value(name: &str, given: &toml::Value, of: Scalar) -> Result<Value> {
-    let wrong = || anyhow!("{given} is not a valid value for {name}, whose type is {of}");
+    let valid = match of {
+        Scalar::Bool => "true or false",
+        Scalar::F32 | Scalar::F64 => "a number",
+        Scalar::I32 | Scalar::I64 => "an integer that fits its type, or a duration such as \"2s\"",
+        _ => "an integer that fits its type",
+    };
+    let wrong = || anyhow!("{given} is not a valid value for {name}: write {valid}");
     let number = |number: f64| match of {
         Scalar::F32 => Some(Value::from(number as f32)),
         Scalar::F64 => Some(Value::from(number)),
@@ -338,7 +357,7 @@ fn value(name: &str, given: &toml::Value, of: Scalar) -> Result<Value> {
             if is_same { Ok(integer(*whole)) } else { Err(wrong()) }
         }
         toml::Value::Integer(whole) => number(*whole as f64).ok_or_else(wrong),
-        toml::Value::Float(real) => number(*real).ok_or_else(wrong),
+        toml::Value::Float(real) if !real.is_nan() => number(*real).ok_or_else(wrong),
         // A TIME, in ms, or an LTIME, in ns.
         toml::Value::String(text) if matches!(of, Scalar::I32 | Scalar::I64) => {
             let text = text.rsplit('#').next().unwrap_or(text);
@@ -451,6 +470,11 @@ mod tests {
             error(&format!("{rest}{cycle}tags = [\"A : Bool\",\n  \"B\"]\n")),
             "4:3: \"B\": write a name, a colon and a type, such as Start : Bool"
         );
+        assert_eq!(error(&format!("{rest}{cycle}")), " the file has no test case: add [[case]] with a name and steps");
+        assert_eq!(
+            error(&format!("{rest}{cycle}[[case]]\nname = \"opens\"\nsteps = []\n")),
+            "5:9: opens has no steps: add at least one"
+        );
     }
 
     #[test]
@@ -486,6 +510,34 @@ steps = [{ at = "0s", expect = { valve = false } }]
             page.contains("<i class=\"not\">#valve := FALSE;</i>")
                 && page.contains("<i class=\"run\">#valve := TRUE;</i>")
         );
+    }
+
+    #[test]
+    fn a_step_that_tests_nothing_is_refused() {
+        let refused = |step: &str| {
+            let folder = tempfile::tempdir().unwrap();
+            fs::write(folder.path().join("main.scl"), PROGRAM).unwrap();
+            let path = folder.path().join("main.toml");
+            let case = format!("[[case]]\nname = \"x\"\nsteps = [{{ {step} }}]\n");
+            fs::write(&path, format!("cycle = \"100ms\"\n{case}")).unwrap();
+            let file = File::read(&path).unwrap();
+            let error = Trial::new(compiled(&file)).unwrap().run(&file, &file.cases[0]).unwrap_err();
+            format!("{error:#}").split_once("main.toml:4: ").unwrap().1.to_string()
+        };
+        assert_eq!(refused("at = \"-2s\", expect = { valve = true }"), "\"-2s\" is negative: a case begins at 0s");
+        assert_eq!(
+            refused("at = \"0s\", within = \"-5s\", expect = { valve = true }"),
+            "\"-5s\" is negative: a case begins at 0s"
+        );
+        assert_eq!(
+            refused("at = \"0s\", within = \"1s\""),
+            "`within`, `until` and `tolerance` are for expected values: add `expect`"
+        );
+        assert_eq!(
+            refused("at = \"0s\", expect = { half = 1.0 }, tolerance = -1.0"),
+            "the tolerance must be 0 or more, not -1"
+        );
+        assert_eq!(refused("at = \"0s\", set = { level = nan }"), "nan is not a valid value for level: write a number");
     }
 
     #[test]

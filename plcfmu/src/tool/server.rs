@@ -8,6 +8,7 @@
 //! another origin may send only after a preflight request, which the server never grants. A WebSocket needs no
 //! preflight, but browsers always send its origin.
 
+use crate::tell;
 use crate::tool::connections::{self, Trust};
 use crate::tool::home::{Collection, File, FmuHome};
 use anyhow::{Context, Result, anyhow, ensure};
@@ -509,7 +510,7 @@ impl Access {
             (place.is_some(), codes.is_empty())
         };
         if is_good && is_last {
-            eprintln!("For another browser: {}", self.address()?);
+            tell::raw(&format!("For another browser: {}\n", self.address()?));
         }
         Ok(is_good)
     }

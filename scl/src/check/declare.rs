@@ -64,7 +64,8 @@ impl Compiler<'_> {
                     let (Some(low), Some(high)) = (low, high) else { return Type::Wrong };
                     let is_range = low <= high && i32::try_from(low).is_ok() && i32::try_from(high).is_ok();
                     if !is_range {
-                        self.error(written.span, format!("{low}..{high} is not a range of DINT values"), None);
+                        let help = (low > high).then_some("write the lower bound first");
+                        self.error(written.span, format!("{low}..{high} is not a range of DINT values"), help);
                         return Type::Wrong;
                     }
                     known.push((low as i32, high as i32));

@@ -114,15 +114,21 @@ pub fn part(name: &str) -> String {
     }
 }
 
-/// Parses a comment: `unit: bar`, `min 0` and `max 10` may occur anywhere, separated by commas or semicolons.
+/// Parses a comment: `unit: bar`, `min 0` and `max 10` may occur anywhere, separated by commas or semicolons. A comma
+/// between two digits is a decimal comma.
 pub fn comment(text: &str) -> Comment {
     let mut comment = Comment::default();
     let mut rest = Vec::new();
-    for part in text.split([',', ';', '\n']) {
-        let part = part.trim();
+    let is_digit = |at: usize| text.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
+    let is_decimal = |at: usize| at > 0 && is_digit(at - 1) && is_digit(at + 1);
+    let separators = text.match_indices([',', ';', '\n']).filter(|(at, of)| *of != "," || !is_decimal(*at));
+    let mut start = 0;
+    for (at, separator) in separators.chain([(text.len(), "")]) {
+        let part = text[start..at].trim();
+        start = at + separator.len();
         let (word, value) = part.split_once([':', ' ', '=']).unwrap_or((part, ""));
         let value = value.trim().trim_start_matches([':', '=']).trim();
-        let number = value.parse::<f64>().ok();
+        let number = value.replace(',', ".").parse::<f64>().ok();
         match (word.to_ascii_lowercase().as_str(), number) {
             ("unit", _) if !value.is_empty() => comment.unit = Some(value.to_string()),
             ("min", Some(number)) => comment.min = Some(number),
@@ -447,5 +453,8 @@ mod tests {
         assert_eq!((found.text.as_str(), found.unit.as_deref()), ("level of the tank", Some("bar")));
         assert_eq!((found.min, found.max), (Some(0.0), Some(10.0)));
         assert_eq!(comment("minimum level").text, "minimum level");
+        let found = comment("gain; unit: bar, min 0,5,max 10,25");
+        assert_eq!((found.text.as_str(), found.unit.as_deref()), ("gain", Some("bar")));
+        assert_eq!((found.min, found.max), (Some(0.5), Some(10.25)));
     }
 }

@@ -6,6 +6,7 @@ use crate::check::types::{Class, Elementary};
 use crate::front::lexer::Span;
 use crate::ir::{At, Binary, Convert, Expr, Scalar, Unary, Value};
 use manifest::Cpu;
+use std::fmt::Display;
 
 /// A conversion, folded if its operand is constant.
 pub(super) fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> Expr {
@@ -121,12 +122,18 @@ impl Lowerer<'_, '_> {
                 if !(low..=high).contains(&whole) && !is_bits && !is_pattern {
                     let becomes =
                         if to.scalar().is_signed() { value.bits() as i64 as i128 } else { value.bits().into() };
-                    let message = format!("{whole} does not fit in {}: it becomes {becomes}", to.name());
-                    self.warn(span, message, Some("give the constant a type, such as DINT#50000"));
+                    self.does_not_fit(whole, to, becomes, span);
                 }
                 Expr::Const(value)
             }
         }
+    }
+
+    /// Warns about a constant that changes when it is converted.
+    fn does_not_fit(&mut self, constant: impl Display, to: Elementary, becomes: impl Display, span: Span) {
+        let wider = if to.bits() < 32 { "DINT" } else { "LINT" };
+        let message = format!("{constant} does not fit in {}: it becomes {becomes}", to.name());
+        self.warn(span, message, Some(&format!("use a wider type for the variable, such as {wider}")));
     }
 
     /// Converts a value implicitly, as in an assignment; warns about a possible loss.
@@ -171,6 +178,12 @@ impl Lowerer<'_, '_> {
         if let (Expr::Const(constant), Real, Integer | Bits) = (&value, from.class(), to.class()) {
             let message = format!("{constant} is rounded when it is converted to {}", to.name());
             self.warn(span, message, None);
+        }
+        if let (Expr::Const(constant), Integer, Integer) = (&value, from.class(), to.class()) {
+            let becomes = Value::new(to.scalar(), constant.bits());
+            if becomes.number() != constant.number() {
+                self.does_not_fit(constant, to, becomes, span);
+            }
         }
         convert(value, from.scalar(), to.scalar(), Convert::Value, at)
     }

@@ -2,7 +2,7 @@
 
 use crate::program::{self, Parts};
 use crate::tell;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use manifest::Manifest;
 use parameters::Source;
 use scl::Assumption;
@@ -18,7 +18,7 @@ const HEAD: &str = "// Assumptions of plcfmu about names that no source declares
 /// manifest. Prints each new assumption.
 ///
 /// # Errors
-/// A program file cannot be read, or the assumption file cannot be written.
+/// A program file cannot be read; the assumption file is one of its sources, or cannot be written.
 pub(super) fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
     if file.is_file() && !program::has_source(manifest, file)? {
         manifest.sources.push(file.to_path_buf());
@@ -38,6 +38,9 @@ pub(super) fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
     }
     let before = if file.is_file() { fs::read_to_string(file) } else { Ok(HEAD.to_string()) };
     let before = before.with_context(|| format!("{} cannot be read", file.display()))?;
+    // A user may have deleted the head, but declares nothing else in an assumption file.
+    let is_program = program::has_code(file);
+    ensure!(!is_program, "{} is a source of the program: choose another file for --assume", file.display());
     fs::write(file, before + &scl::assumed(&assumptions))
         .with_context(|| format!("{} cannot be written", file.display()))?;
     let (count, shown) = (assumptions.len(), file.display());

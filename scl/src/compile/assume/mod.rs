@@ -278,10 +278,10 @@ impl<'a> Declared<'a> {
             (Kind::Variable, None) => {
                 let of = self.node.written("   ");
                 let what = match (self.node.ty(), self.node.members.len()) {
-                    _ if self.node.element.is_some() => "array".to_string(),
-                    (None, 1..) => format!("data block with {}", counted(self.node.members.len(), "member")),
-                    _ if self.node.is_written() => format!("output of type {of}"),
-                    _ => format!("input of type {of}"),
+                    _ if self.node.element.is_some() => "an array".to_string(),
+                    (None, 1..) => format!("a data block with {}", counted(self.node.members.len(), "member")),
+                    _ if self.node.is_written() => format!("an output of type {of}"),
+                    _ => format!("an input of type {of}"),
                 };
                 (what, format!("VAR_GLOBAL\n   \"{name}\" : {of};\nEND_VAR\n"))
             }
@@ -289,25 +289,25 @@ impl<'a> Declared<'a> {
                 let of =
                     self.node.ty().filter(|of| Elementary::named(&of.to_uppercase()).is_some_and(Elementary::is_whole));
                 (
-                    format!("constant {constant}: a placeholder; replace it with the actual value"),
+                    format!("the constant {constant}: a placeholder; replace it with the actual value"),
                     format!("VAR_GLOBAL CONSTANT\n   \"{name}\" : {} := {constant};\nEND_VAR\n", of.unwrap_or("INT")),
                 )
             }
             (Kind::Structure, _) => {
                 let (what, lines) = match self.node.members.len() {
                     // An empty STRUCT is invalid in SCL.
-                    0 => ("type whose members are not used".to_string(), format!("   reserved : {DEFAULT};\n")),
-                    count => (format!("type with {}", counted(count, "member")), self.node.lines("   ")),
+                    0 => ("a type whose members are not used".to_string(), format!("   reserved : {DEFAULT};\n")),
+                    count => (format!("a type with {}", counted(count, "member")), self.node.lines("   ")),
                 };
                 (what, format!("TYPE \"{name}\"\nSTRUCT\n{lines}END_STRUCT;\nEND_TYPE\n"))
             }
-            (Kind::Function, _) => (format!("stub of a function: {stub}"), self.function()),
-            (Kind::Block, _) => (format!("stub of a function block: {stub}"), self.block(name)),
+            (Kind::Function, _) => (format!("a stub of a function: {stub}"), self.function()),
+            (Kind::Block, _) => (format!("a stub of a function block: {stub}"), self.block(name)),
             (Kind::Instance, _) => {
                 let block = self.block_name();
                 let text = if is_new { self.block(&block) } else { String::new() };
                 let instance = format!("VAR_GLOBAL\n   \"{name}\" : \"{block}\";\nEND_VAR\n");
-                (format!("instance of the stub {block}: {stub}"), text + &instance)
+                (format!("an instance of the stub {block}: {stub}"), text + &instance)
             }
         };
         Assumption { name: name.clone(), what, at: (self.of.span.file, self.of.span.start), text }
@@ -321,7 +321,7 @@ impl<'a> Declared<'a> {
             let (tag, usual) = placed(name);
             let is_wide = |of: &&str| Elementary::named(&of.to_uppercase()).is_some_and(|of| of.bits() == usual.bits());
             let of = told.filter(is_wide).unwrap_or(usual.name()).to_string();
-            return Some(Placed { what: format!("tag at {name}"), name: tag, address: name.clone(), of });
+            return Some(Placed { what: format!("a tag at {name}"), name: tag, address: name.clone(), of });
         }
         let (address, of) = system_memory::proposed(&key(name))?;
         let is_plain = self.node.element.is_none() && self.node.members.is_empty() && !self.node.is_written();
