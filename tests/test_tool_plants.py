@@ -181,6 +181,10 @@ def test_predicted_and_run_figures_agree(open_tool, command, tmp_path, walk):
 
     # The independent simulation has those that the page shows, to their digits.
     of_second, rows = second_run(description, begin)
+    # The page asks for its figures once the run has settled: until then it shows those of the step before.
+    is_new = """([title, value]) => [...document.querySelectorAll("#figures .figures > div")].some(
+        row => row.innerText.includes(title) && parseFloat(row.querySelector("dd").innerText) === value)"""
+    page.wait_for_function(is_new, arg=[of_page["rise"]["title"], three_digits(of_page["rise"]["value"])])
     shown = shown_figures(page)
     for key in SHOWN:
         text = shown[of_page[key]["title"]]
