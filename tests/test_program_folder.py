@@ -110,6 +110,12 @@ def test_what_no_source_declares_is_assumed_once_written_and_read_again(plcfmu, 
     assert interface(tmp_path / "Main.fmu")["Lamp"] == ("output", "Boolean", "signal lamp")
     # It is a source as any other.
     assert plcfmu("check", "line", "assumed.scl").returncode == 0
+    # What a change of the program misses is added, below the stubs that are there.
+    (tmp_path / "line/Main.scl").write_text(PROGRAM.replace('"Start" AND', '"Start" AND "Ready" AND'), encoding="utf-8")
+    more = plcfmu("build", "line", "--cycle=10ms", "--assume", "assumed.scl")
+    assert more.returncode == 0 and "1 assumption is in assumed.scl" in more.stderr, more.stderr
+    text = assumed.read_text(encoding="utf-8")
+    assert "FUNCTION_BLOCK" in text and text.index("FUNCTION_BLOCK") < text.index('"Ready"')
 
 
 def test_a_block_may_be_a_stub_by_name(plcfmu, tmp_path):

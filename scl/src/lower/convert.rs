@@ -131,9 +131,12 @@ impl Lowerer<'_, '_> {
 
     /// Warns about a constant that changes when it is converted.
     fn does_not_fit(&mut self, constant: impl Display, to: Elementary, becomes: impl Display, span: Span) {
-        let wider = if to.bits() < 32 { "DINT" } else { "LINT" };
-        let message = format!("{constant} does not fit in {}: it becomes {becomes}", to.name());
-        self.warn(span, message, Some(&format!("use a wider type for the variable, such as {wider}")));
+        let help = match to.bits() {
+            ..32 => Some("use a wider type for the variable, such as DINT"),
+            32..64 => Some("use a wider type for the variable, such as LINT"),
+            _ => None,
+        };
+        self.warn(span, format!("{constant} does not fit in {}: it becomes {becomes}", to.name()), help);
     }
 
     /// Converts a value implicitly, as in an assignment; warns about a possible loss.

@@ -33,14 +33,14 @@ pub(super) fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
     if assumptions.is_empty() {
         return Ok(());
     }
+    let before = if file.is_file() { fs::read_to_string(file) } else { Ok(HEAD.to_string()) };
+    let before = before.with_context(|| format!("{} cannot be read", file.display()))?;
+    // Stubs are code, too: a file that contains code is an assumption file only if it begins as one.
+    let is_program = program::has_code(file) && !before.contains(HEAD.lines().next().unwrap_or_default());
+    ensure!(!is_program, "{} is a source of the program: choose another file for --assume", file.display());
     for assumption in &assumptions {
         tell::text(&line(assumption, &sources));
     }
-    let before = if file.is_file() { fs::read_to_string(file) } else { Ok(HEAD.to_string()) };
-    let before = before.with_context(|| format!("{} cannot be read", file.display()))?;
-    // A user may have deleted the head, but declares nothing else in an assumption file.
-    let is_program = program::has_code(file);
-    ensure!(!is_program, "{} is a source of the program: choose another file for --assume", file.display());
     fs::write(file, before + &scl::assumed(&assumptions))
         .with_context(|| format!("{} cannot be written", file.display()))?;
     let (count, shown) = (assumptions.len(), file.display());
